@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/point_feet.h"
 
@@ -90,9 +91,7 @@ class ColorSampler {
                                         }));
     std::erase_if(misses, [](float missing) { return missing < 0; });
     if (misses.empty()) return absl::OkStatus();
-    const auto middle = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2);
-    std::nth_element(misses.begin(), middle, misses.end());
-    scale_ = std::max(kLeastScale, kScales * *middle);
+    scale_ = std::max(kLeastScale, kScales * Median(std::move(misses)));
     return absl::OkStatus();
   }
 

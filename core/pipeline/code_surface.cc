@@ -111,16 +111,17 @@ DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces
   return metadata;
 }
 
-double OwnError(const UncodedError& uncoded) {
+double ErrorUnderNoise(double distance, double noise) {
   constexpr double kNoiseLeft = 0.25;
+  return distance < 2 * noise ? std::min(distance, kNoiseLeft * noise) : distance;
+}
+
+double OwnError(const UncodedError& uncoded) {
   constexpr double kSpacings = 1.0 / 80;
   double own = kSpacings * uncoded.spacing;
   const DistanceSummary& distance = uncoded.error.b_to_a;
   if (uncoded.measured) own = std::max(own, std::min(distance.rms, distance.p95 / 2));
-  // Most of the points' distance is noise that the surface has not followed.
-  const double noise = uncoded.noise;
-  if (own > kNoiseLeft * noise && own < 2 * noise) own = kNoiseLeft * noise;
-  return own;
+  return ErrorUnderNoise(own, uncoded.noise);
 }
 
 double CodingError(const UncodedError& uncoded) {

@@ -25,8 +25,12 @@ struct UncodedError {
   TwoSidedError error;
 };
 
-// Estimate of the surface's RMS distance from the truth. On a clean scan that of the points from
-// the surface; on a noisy one about a quarter of the noise is left in the surface. Of the distances
+// What a surface errs whose points are `distance` off it: where most of that is noise (a standard
+// deviation), which the surface has not followed, about a quarter of the noise is left in it.
+double ErrorUnderNoise(double distance, double noise);
+
+// Estimate of the surface's RMS distance from the truth: on a clean scan that of the points from
+// the surface, on a noisy one ErrorUnderNoise(). Of the distances
 // the quieter of the RMS and half the 95th percentile counts, so that a few outliers do not coarsen
 // the rest. An eightieth of the spacing at least: a surface through its points is off between them.
 double OwnError(const UncodedError& uncoded);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/ablation.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/tag_creases.h"
 #include "core/control/quads/quad_control_mesh.h"
@@ -44,11 +45,7 @@ double ShortEdge(const ControlMesh& mesh) {
       lengths.push_back((mesh.vertices.col(face[k]) - mesh.vertices.col(face[(k + 1) % 3])).norm());
     }
   }
-  if (lengths.empty()) return 0;
-  const auto short_edge =
-      lengths.begin() + static_cast<std::ptrdiff_t>(kShort * static_cast<double>(lengths.size()));
-  std::nth_element(lengths.begin(), short_edge, lengths.end());
-  return *short_edge;
+  return Quantile(std::move(lengths), kShort);
 }
 
 // What a domain of fewer faces has to be to be kept.

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/points/morton_order.h"
@@ -21,13 +22,6 @@ constexpr double kMedianOfNormal = 0.6745;  // of |x|, where x has a deviation o
 // border.
 constexpr double kBeyond = 2;
 constexpr int kLeastTold = 3;  // points that tell anything of a patch
-
-template <typename T>
-T MedianOf(std::vector<T>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 absl::StatusOr<Eigen::Matrix3Xd> FinitePoints(const PointCloud& scan, const SpatialFrame& frame,
                                               const RunContext& context) {
@@ -52,8 +46,7 @@ double NoiseOf(const std::vector<float>& across) {
     if (across[i] == 0 || across[i - 1] == 0) continue;
     steps.push_back(std::abs(across[i] - across[i - 1]));
   }
-  if (steps.empty()) return 0;
-  return double{MedianOf(steps)} / (kMedianOfNormal * std::numbers::sqrt2);
+  return double{Median(std::move(steps))} / (kMedianOfNormal * std::numbers::sqrt2);
 }
 
 }  // namespace
@@ -107,7 +100,7 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
     std::copy_if(counts.begin(), counts.end(), std::back_inserter(of_seen),
                  [](int count) { return count > 0; });
     const bool largest = patches.triangles_each >= surface.children_per_face;
-    if (largest || MedianOf(of_seen) >= kFewestPoints) break;
+    if (largest || Median(std::move(of_seen)) >= kFewestPoints) break;
   }
   std::vector<std::vector<float>> across(counts.size());
   for (size_t p = 0; p < counts.size(); ++p) across[p].reserve(counts[p]);
@@ -124,7 +117,7 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
     if (of_patch.size() < kLeastTold) continue;
     const double of_median = std::numbers::pi / 2 * noise / static_cast<double>(of_patch.size());
     const double most = deviations * std::sqrt(of_median + error);
-    patches.contradicted.back() = std::abs(MedianOf(of_patch)) > most ? 1 : 0;
+    patches.contradicted.back() = std::abs(Median(std::move(of_patch))) > most ? 1 : 0;
   }
   return patches;
 }
@@ -134,19 +127,16 @@ DistanceSummary SummaryOf(const std::vector<float>& away) {
   DistanceSummary summary;
   summary.samples = static_cast<int64_t>(away.size());
   if (away.empty()) return summary;
-  std::vector<float> sorted;
   double squared = 0, sum = 0;
   for (const float distance : away) {
-    sorted.push_back(distance);
     squared += double{distance} * distance;
     sum += distance;
   }
-  std::sort(sorted.begin(), sorted.end());
-  const auto count = static_cast<double>(sorted.size());
+  const auto count = static_cast<double>(away.size());
   summary.rms = std::sqrt(squared / count);
   summary.mean = sum / count;
-  summary.p95 = sorted[static_cast<size_t>(kMost * (count - 1))];
-  summary.max = sorted.back();
+  summary.p95 = Quantile(away, kMost);
+  summary.max = *std::max_element(away.begin(), away.end());
   return summary;
 }
 

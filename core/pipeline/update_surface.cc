@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/codec/container/dss.h"
 #include "core/codec/container/encode_update.h"
@@ -20,6 +21,7 @@
 #include "core/loop/refinement.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/code_surface.h"
 #include "core/pipeline/points_on_surface.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/stored_surface.h"
@@ -71,26 +73,21 @@ absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_v
   return opened;
 }
 
-// What the file states of its scan tells, a standard deviation: of noise that the surface has
-// smoothed over a quarter is left (OwnError in code_surface.h).
+// What the file states of its scan tells, a standard deviation.
 double ErrorOfSurface(const OpenedDss& file, double noise) {
-  constexpr double kNoises = 2, kNoiseLeft = 0.25;
   const DssDistance& stated = file.header.metadata.scan_to_surface;
   const double error = std::max(stated.rms, stated.p95 / 2);
-  const double step = HeightStepOf(file);
-  return std::max(error < kNoises * noise ? kNoiseLeft * noise : error, step);
+  return std::max(ErrorUnderNoise(error, noise), HeightStepOf(file));
 }
 
 absl::Status CheckPlace(const PointsOnSurface& points, double max_height) {
-  std::vector<float> away = points.away;
-  const auto middle = away.begin() + static_cast<std::ptrdiff_t>(away.size() / 2);
-  std::nth_element(away.begin(), middle, away.end());
-  if (*middle <= max_height) return absl::OkStatus();
+  const float middle = Median(points.away);
+  if (middle <= max_height) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrFormat(
       "half of the scan's points lie %.3g or more of the diagonal away from the surface, whose "
       "heights reach %.3g; bring the scan into the frame and unit of the surface (rilievo align), "
       "or reconstruct it anew",
-      *middle, max_height));
+      middle, max_height));
 }
 
 // By vertex, 1 where a triangle of a marked patch touches it.

@@ -15,16 +15,12 @@
 namespace rilievo {
 
 struct ImplicitOptions {
-  // Cell around a point, in spacings. [0.25, 8].
+  // Cell around a point, in spacings: twice as large where the surface bends little, half as large
+  // around the border of an open scan, where the function has support on one side only. [0.25, 8].
   double cell_spacings = 1.3;
-  // The same where the surface bends little. [0.25, 8].
-  double smooth_cell_spacings = 2.6;
-  // The same around the border of an open scan, where the function has support on one side only.
-  double border_cell_spacings = 0.65;
-  // Where sheets lie back to back the cell shrinks to this share of their distance, but never
-  // below `thin_cell_spacings`. (0, 1].
+  // Where sheets lie back to back the cell shrinks to this share of their distance, but never below
+  // half of the above. (0, 1].
   double cell_thicknesses = 0.45;
-  double thin_cell_spacings = 0.65;
   // No cell is asked for that is smaller than so many times the median noise. [0, 16].
   double cell_noises = 1.5;
   // Weight of f(p_i) = 0 against the gradient, dimensionless. [0, 100].

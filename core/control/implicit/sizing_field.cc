@@ -153,15 +153,12 @@ absl::StatusOr<std::vector<float>> SizingField(const OrientedCloud& cloud,
   const double least_spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
   std::vector<float> cells(sheet_distance.size());
   for (size_t i = 0; i < cells.size(); ++i) {
-    const double spacing = std::max<double>(least_spacing, cloud.spacing[i]);
-    const double plain =
-        spacing *
-        (border[i] != 0 && !IsLeftOut(Mechanism::kBorderCells) ? options.border_cell_spacings
-         : IsSmooth(cloud, graph, static_cast<int>(i)) && !IsLeftOut(Mechanism::kSmoothCells)
-             ? options.smooth_cell_spacings
-             : options.cell_spacings);
-    const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]},
-                                 options.thin_cell_spacings * spacing);
+    const double usual = options.cell_spacings * std::max<double>(least_spacing, cloud.spacing[i]);
+    const bool is_smooth = IsSmooth(cloud, graph, static_cast<int>(i));
+    const double plain = border[i] != 0 && !IsLeftOut(Mechanism::kBorderCells) ? usual / 2
+                         : is_smooth && !IsLeftOut(Mechanism::kSmoothCells)    ? usual * 2
+                                                                               : usual;
+    const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]}, usual / 2);
     cells[i] = static_cast<float>(
         std::max(IsLeftOut(Mechanism::kThinCells) ? plain : std::min(thin, plain),
                  options.cell_noises * cloud.median_noise));

@@ -18,13 +18,12 @@ double SquaredEdges(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   return (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
 }
 
-// 1 for an equilateral triangle, 0 for a degenerate one; `cross` spans twice the area.
+}  // namespace
+
 double Roundness(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& cross) {
   const double edges = SquaredEdges(a, b, c);
   return edges > 0 ? 2 * std::numbers::sqrt3 * cross.norm() / edges : 0;
 }
-
-}  // namespace
 
 bool CollapseGuards::KeepShape(int a, int b, const Vector3d& position, double roundness) const {
   if (ClearlyKeepShape(a, b, position, roundness) && ClearlyKeepShape(b, a, position, roundness)) {

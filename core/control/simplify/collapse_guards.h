@@ -8,6 +8,10 @@
 
 namespace rilievo {
 
+// 1 for an equilateral triangle, 0 for a degenerate one; `cross` spans twice the area.
+double Roundness(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                 const Eigen::Vector3d& cross);
+
 // Least cosine between the normals of a face before and after one of its corners moves.
 inline constexpr double kLeastUpright = 0.3;
 

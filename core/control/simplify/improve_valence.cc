@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/control/simplify/collapse_guards.h"
 #include "core/control/simplify/simplify_mesh.h"
 
 namespace rilievo {
@@ -53,9 +54,8 @@ struct Facet {
 Facet FacetOf(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const Vector3d cross = (b - a).cross(c - a);
   const double length = cross.norm();
-  const double edges = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
   if (!(length > 0)) return {Vector3d::Zero(), 0};
-  return {cross / length, 2 * std::numbers::sqrt3 * length / edges};
+  return {cross / length, Roundness(a, b, c, cross)};
 }
 
 // The two triangles at an edge: ends p, q and the vertices r, s opposite it (p, q, r and q, p, s).

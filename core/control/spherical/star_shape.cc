@@ -13,6 +13,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_sort.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/plane_frame.h"
 #include "core/control/planar/sheet_test.h"
@@ -106,12 +107,7 @@ absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vecto
   }
   check.coverage = static_cast<double>(cells) / static_cast<double>(grid.faces().cols());
   check.single_sheet = 1 - static_cast<double>(split) / static_cast<double>(cells);
-  const size_t cut = radii.size() / 100;
-  std::nth_element(radii.begin(), radii.begin() + static_cast<int64_t>(cut), radii.end());
-  const double low = radii[cut];
-  const size_t high_at = radii.size() - 1 - cut;
-  std::nth_element(radii.begin(), radii.begin() + static_cast<int64_t>(high_at), radii.end());
-  check.radius_ratio = std::exp(radii[high_at] - low);
+  check.radius_ratio = std::exp(Quantile(radii, 0.99) - Quantile(radii, 0.01));
   return check;
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/patch_moments.h"
@@ -139,13 +140,6 @@ absl::StatusOr<std::vector<PlaneResidual>> AllPlaneResiduals(const Eigen::Matrix
         for (int64_t i = begin; i < end; ++i) residuals[i] = StandingOf(patches[i], graph.k);
       }));
   return residuals;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // At least 1: how much thicker than a sheet the scan is all over. Where noise is thicker than the

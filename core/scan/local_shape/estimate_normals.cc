@@ -10,6 +10,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/adaptive_patches.h"
 #include "core/scan/local_shape/patch_moments.h"
@@ -37,14 +38,6 @@ float LocalSpacing(std::span<const float> distances) {
   return static_cast<float>(std::sqrt(sum / static_cast<double>(distances.size() - first)));
 }
 
-double Quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  const auto place =
-      values.begin() + static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 // The measurement noise around each point: a low quantile over its stretch of the Morton curve,
 // because residuals near edges, creases and thin walls measure the shape and not the scanner.
 // Where all of a stretch is like that, longer stretches bound it. The quantile of clean Gaussian
@@ -69,7 +62,8 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
   const auto find_bounds = [&](size_t l, int64_t from, int64_t to) {
     for (int64_t begin = from; begin < to; begin += lengths[l].points) {
       const int64_t end = std::min(to, begin + lengths[l].points);
-      const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
+      const double level =
+          Quantile(std::vector<float>(residuals.begin() + begin, residuals.begin() + end), kShare);
       bounds[l][begin / lengths[l].points] =
           static_cast<float>(lengths[l].bound * level / kQuantileOfGaussian);
     }
@@ -229,8 +223,8 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
       ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
       }));
-  cloud.median_spacing = Quantile(cloud.spacing, 0.5);
-  cloud.median_noise = Quantile(cloud.noise, 0.5);
+  cloud.median_spacing = Median(cloud.spacing);
+  cloud.median_noise = Median(cloud.noise);
   return estimated;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/quadric_residual.h"
 
@@ -77,10 +78,7 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
       }));
   ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0), ratios.end());
   if (ratios.size() < kLeastSamples) return 1.0;
-  const auto middle =
-      ratios.begin() + static_cast<int64_t>(kQuantile * static_cast<double>(ratios.size()));
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::clamp(*middle, 1.0, kMostScale);
+  return std::clamp(Quantile(std::move(ratios), kQuantile), 1.0, kMostScale);
 }
 
 }  // namespace
@@ -95,10 +93,7 @@ absl::Status CorrectThickNoise(const PointIndex& index, const RunContext& contex
     const double share = std::clamp((ratio - kLeastRatio) / (kFullRatio - kLeastRatio), 0.0, 1.0);
     cloud->noise[i] *= static_cast<float>(1 + share * (scale - 1));
   }
-  std::vector<float> noise = cloud->noise;
-  const auto middle = noise.begin() + static_cast<int64_t>((noise.size() - 1) / 2);
-  std::nth_element(noise.begin(), middle, noise.end());
-  cloud->median_noise = *middle;
+  cloud->median_noise = Median(cloud->noise);
   return absl::OkStatus();
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/quantile.h"
+
 namespace rilievo {
 namespace {
 
@@ -50,9 +52,7 @@ SideVotes NormalVotes(const PointSights& sights, const OrientedCloud& cloud,
   }
   if (cosines.empty()) return votes;
   figures->usable = static_cast<double>(cosines.size()) / static_cast<double>(figures->points);
-  const auto median = cosines.begin() + static_cast<std::ptrdiff_t>(cosines.size() / 2);
-  std::nth_element(cosines.begin(), median, cosines.end());
-  figures->alignment = *median;
+  figures->alignment = Median(std::move(cosines));
   return votes;
 }
 
