@@ -38,6 +38,21 @@ float LocalSpacing(std::span<const float> distances) {
   return static_cast<float>(std::sqrt(sum / static_cast<double>(distances.size() - first)));
 }
 
+// A point off the surface is far from all others, which says nothing of how far apart these are:
+// its spacing is bounded by the median around it, so that no outlier brings a tolerance of its own.
+absl::Status BoundSpacing(const NeighborGraph& graph, const RunContext& context,
+                          std::vector<float>* spacing) {
+  constexpr float kMostOfMedian = 2;  // a border, seen from one side, has 1.4
+  const std::vector<float> own = *spacing;
+  return ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      std::vector<float> around = {own[i]};
+      for (const int j : graph.neighbors(static_cast<int>(i))) around.push_back(own[j]);
+      (*spacing)[i] = std::min(own[i], kMostOfMedian * Median(std::move(around)));
+    }
+  });
+}
+
 // The measurement noise around each point: a low quantile over its stretch of the Morton curve,
 // because residuals near edges, creases and thin walls measure the shape and not the scanner.
 // Where all of a stretch is like that, longer stretches bound it. The quantile of clean Gaussian
@@ -223,6 +238,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
       ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
       }));
+  RILIEVO_RETURN_IF_ERROR(BoundSpacing(graph, context, &cloud.spacing));
   cloud.median_spacing = Median(cloud.spacing);
   cloud.median_noise = Median(cloud.noise);
   return estimated;

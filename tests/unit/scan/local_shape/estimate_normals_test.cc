@@ -68,6 +68,19 @@ TEST(NormalsTest, SpacingIsTheDiameterOfAPointsShare) {
   }
 }
 
+// Its nearest points are a tenth of the radius away, five of their spacings.
+TEST(NormalsTest, AnOutlierHasTheSpacingOfThePointsAround) {
+  KnownCloud sphere = SphereCloud(20000, 8);
+  sphere.cloud.points.col(0) *= 1.1;
+  const PreparedCloud prepared = Prepare(sphere);
+  const OrientedCloud cloud = Estimate(prepared);
+  const Eigen::Matrix3Xd& points = cloud.points;
+  const Eigen::Vector3d center = points.rowwise().mean();
+  Eigen::Index farthest = 0;
+  (points.colwise() - center).colwise().norm().maxCoeff(&farthest);
+  EXPECT_NEAR(cloud.spacing[farthest], 2 * cloud.median_spacing, 0.6 * cloud.median_spacing);
+}
+
 TEST(NormalsTest, KeepsEdgesSharp) {
   const PreparedCloud prepared = Prepare(BoxCloud(30000, 9, {1, 1, 1}));
   const OrientedCloud cloud = Estimate(prepared);
