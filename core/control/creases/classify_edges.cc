@@ -30,9 +30,6 @@ constexpr double kWeakEvidence = 8;
 constexpr double kBlunt = 1.5;
 // Least cosine of an edge and the line along which its sides meet.
 constexpr double kAligned = 0.85;
-// Farthest that a line may run from the middle of its edge, in the edge's length and in spacings.
-constexpr double kOffLength = 0.25;
-constexpr double kOffSpacings = 2.5;
 
 EdgePlace PlaceOf(const FoldedEdge& edge) {
   EdgePlace place;
@@ -46,10 +43,8 @@ EdgePlace PlaceOf(const FoldedEdge& edge) {
   return place;
 }
 
-EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place, double length) {
-  const double off = (planes.at - place.middle).norm();
-  if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned ||
-      off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing)) {
+EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place) {
+  if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned) {
     return EdgeClass::kSmooth;
   }
   const bool blunt = planes.bluntness > kBlunt;
@@ -62,11 +57,10 @@ EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place, double 
 EdgeClassification ClassifyEdge(const OrientedCloud& cloud, const PointIndex& index,
                                 const FoldedEdge& edge) {
   EdgeClassification judgement;
-  const double length = (edge.q - edge.p).norm();
-  if (!(length > 0)) return judgement;
+  if (!((edge.q - edge.p).norm() > 0)) return judgement;
   const EdgePlace place = PlaceOf(edge);
   judgement.planes = FitTwoPlaneModel(cloud, index, place);
-  if (judgement.planes) judgement.edge_class = VerdictOf(*judgement.planes, place, length);
+  if (judgement.planes) judgement.edge_class = VerdictOf(*judgement.planes, place);
   return judgement;
 }
 
