@@ -36,16 +36,4 @@ inline double SolidAngle(const Dipole& dipole, const Eigen::Vector3d& position) 
   return squared > 0 ? dipole.area.dot(offset) / (squared * std::sqrt(squared)) : 0;
 }
 
-// What it adds to minus the gradient of the winding number at `position`, without the jump across
-// the dipole itself: Plummer's, of a wider blur, for near points lie unevenly along the surface.
-inline Eigen::Vector3d WindingDescent(const Dipole& dipole, const Eigen::Vector3d& position) {
-  constexpr double kWider = 3;
-  const double blur = kWider * dipole.blur;
-  const Eigen::Vector3d offset = dipole.position - position;
-  const double distance = offset.squaredNorm(), squared = distance + blur;
-  if (!(squared > 0)) return Eigen::Vector3d::Zero();
-  return ((distance - 2 * blur) * dipole.area - 3 * dipole.area.dot(offset) * offset) *
-         (0.25 * std::numbers::inv_pi / (squared * squared * std::sqrt(squared)));
-}
-
 }  // namespace rilievo

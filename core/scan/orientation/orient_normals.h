@@ -1,5 +1,4 @@
-// Consistent orientation of normals by what the scanner knows, by votes between neighbours, and by
-// the winding number.
+// Consistent orientation of normals by what the scanner knows and by votes between neighbours.
 #pragma once
 
 #include "absl/status/statusor.h"

@@ -76,39 +76,30 @@ void WindingField::AddLevel() {
   levels_.push_back(std::move(level));
 }
 
-template <typename Visit>
-void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                               const Visit& visit) const {
+double WindingField::SolidAngleOf(size_t level, size_t cell,
+                                  const Eigen::Vector3d& position) const {
   const Cell& seen = levels_[level][cell];
   if ((seen.sum.position - position).squaredNorm() > seen.far * seen.far) {
-    visit(seen.sum);
-  } else if (level == 0) {
+    return SolidAngle(seen.sum, position);
+  }
+  double sum = 0;
+  if (level == 0) {
     const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
-    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, members_[m]));
+    for (size_t m = cell * kLeafPoints; m < end; ++m) {
+      sum += SolidAngle(DipoleOf(cloud_, members_[m]), position);
+    }
   } else {
     const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
     for (size_t child = cell * kChildren; child < end; ++child) {
-      ForEachSeen(level - 1, child, position, visit);
+      sum += SolidAngleOf(level - 1, child, position);
     }
   }
+  return sum;
 }
 
 double WindingField::At(const Eigen::Vector3d& position) const {
-  double sum = 0;
-  if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position,
-                [&](const Dipole& dipole) { sum += SolidAngle(dipole, position); });
-  }
-  return sum * (0.25 * std::numbers::inv_pi);
-}
-
-Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position,
-                [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
-  }
-  return sum;
+  if (members_.empty()) return 0;
+  return SolidAngleOf(levels_.size() - 1, 0, position) * (0.25 * std::numbers::inv_pi);
 }
 
 }  // namespace rilievo

@@ -21,10 +21,6 @@ class WindingField {
 
   double At(const Eigen::Vector3d& position) const;
 
-  // Minus the gradient of the winding number, without its jumps across the points themselves: the
-  // rest of a surface goes on here with normals along it. Per length, unit frame.
-  Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
-
  private:
   // Points that lie together.
   struct Cell {
@@ -35,10 +31,8 @@ class WindingField {
   };
   void AddLeaves();
   void AddLevel();
-  // Calls visit(dipole) for all points of a cell, those far from the position as one.
-  template <typename Visit>
-  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                   const Visit& visit) const;
+  // Of all points of a cell, those far from the position as one.
+  double SolidAngleOf(size_t level, size_t cell, const Eigen::Vector3d& position) const;
 
   const OrientedCloud& cloud_;
   std::vector<int> members_;
