@@ -59,10 +59,10 @@ std::vector<Disc> DiscsOf(const OrientationPatches& patches, const OrientedCloud
 // Whether one disc lies over the other: their planes are parallel, apart by more than noise and
 // spacing explain, and their centres closer along the planes than their radii together.
 bool FaceEachOther(const Disc& a, const Disc& b) {
-  constexpr int kFewestPoints = 6;
+  constexpr int kFewestOfDisc = 6;
   constexpr double kThicknesses = 1.5;
   constexpr double kOverlap = 0.6;  // of the radii together
-  if (std::min(a.points, b.points) < kFewestPoints) return false;
+  if (std::min(a.points, b.points) < kFewestOfDisc) return false;
   const double cosine = a.normal.dot(b.normal);
   if (std::abs(cosine) < kSheetCosine) return false;
   const Eigen::Vector3d chord = b.center - a.center;
