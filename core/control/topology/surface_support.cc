@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/topology/surface_support.h"
 
 #include <algorithm>
@@ -71,7 +72,7 @@ absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
           sum.Add(cloud.points.col(found[i]));
         }
       }
-      support.holds[v] = !sum.empty() && !sum.BeyondBorder(support.spacing[v]);
+      support.holds[v] = !sum.empty() && (XP("nobeyond") || !sum.BeyondBorder(support.spacing[v]));
     };
     nearby.OfEach(places, begin, end, judge);
   }));

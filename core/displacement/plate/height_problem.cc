@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/displacement/plate/height_problem.h"
 
 #include <algorithm>
@@ -123,7 +124,7 @@ absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
   for (int l = 0; l <= level; ++l) {
     if (l > 0) heights = Prolong(*refinement_, l - 1, l, std::move(heights));
     RILIEVO_RETURN_IF_ERROR(
-        Relax(l, lengths, l == level ? kSolve.steps : kSolve.coarse_steps, context, &heights));
+        Relax(l, lengths, l == level || XP("csteps") ? kSolve.steps : kSolve.coarse_steps, context, &heights));
   }
   return heights;
 }

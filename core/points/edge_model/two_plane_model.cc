@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/points/edge_model/two_plane_model.h"
 
 #include <Eigen/Cholesky>
@@ -154,7 +155,7 @@ bool FitSide(const SideSums& sums, HingePlane* plane) {
     if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
     plane->normal = solver.eigenvectors().col(0);
     if (plane->normal.dot(sums.outward) < 0) plane->normal = -plane->normal;
-    if (round == kBowRounds) break;
+    if (XP("nobow") || round == kBowRounds) break;
     if (bow_squares > 0) plane->curvature = plane->normal.dot(bow_way) / bow_squares;
   }
   plane->offset = plane->normal.dot(mean) - plane->curvature * mean_bow;
@@ -182,7 +183,7 @@ bool Part(Neighborhood* around, std::array<HingePlane, 2>* sides) {
       const auto distance = [&](int k) { return std::abs(Off((*sides)[k], *around, i)); };
       const auto agreement = [&](int k) { return (*sides)[k].normal.dot(around->normal[i]); };
       int side = distance(0) <= distance(1) ? 0 : 1;
-      if (std::max(agreement(0), agreement(1)) < kOwnSides) side = kNeither;
+      if (std::max(agreement(0), agreement(1)) < kOwnSides && !XP("noneither")) side = kNeither;
       changed |= around->side[i] != side;
       around->side[i] = side;
     }
@@ -274,7 +275,7 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   const double planes = solid.best();
   // Two unknowns more than the quadric has (Schwarz 1978).
   const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
-  if (planes > used * roughness * roughness) return std::nullopt;
+  if (!XP("norough") && planes > used * roughness * roughness) return std::nullopt;
   fit.log_likelihood_ratio =
       used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
   fit.bluntness =
@@ -320,7 +321,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
     if (count < found.count) found.BringForward(count);
     auto fit = FitAmong(cloud, found, count, place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
-    if (best && best->log_likelihood_ratio > kEnough) break;
+    if (XP("onehood") || (best && best->log_likelihood_ratio > kEnough)) break;
   }
   return best;
 }

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/estimate_normals.h"
 
 #include <algorithm>
@@ -35,6 +36,24 @@ float LocalSpacing(std::span<const float> distances) {
     sum += 4.0 * distances[j] * distances[j] / static_cast<double>(j + 1);
   }
   return static_cast<float>(std::sqrt(sum / static_cast<double>(distances.size() - first)));
+}
+
+absl::StatusOr<std::vector<float>> SpacingAround(const NeighborGraph& graph,
+                                                 const std::vector<float>& spacing,
+                                                 const RunContext& context) {
+  std::vector<float> around(spacing.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        std::vector<float> list;
+        for (int64_t i = begin; i < end; ++i) {
+          list.assign(1, spacing[i]);
+          for (const int j : graph.neighbors(static_cast<int>(i))) list.push_back(spacing[j]);
+          const auto middle = list.begin() + static_cast<int64_t>(list.size() / 2);
+          std::nth_element(list.begin(), middle, list.end());
+          around[i] = XP("minspace") ? std::min(spacing[i], *middle) : *middle;
+        }
+      }));
+  return around;
 }
 
 double Quantile(std::vector<float> values, double share) {
@@ -92,6 +111,8 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
       ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           for (size_t l = 0; l < lengths.size(); ++l) {
+            if (XP("twoblock") && l != 0 && l != 2) continue;
+            if (XP("noall") && l == 3) continue;
             noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
           }
         }
@@ -157,7 +178,7 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
            IsClean(noise[i], cloud->spacing[i]);
   };
   const auto clean_normal = [&](int i, std::span<const int> neighbors) {
-    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
+    if (!XP("noflat") && planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
     return RobustNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
   };
   RILIEVO_RETURN_IF_ERROR(
@@ -208,6 +229,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
               points, center, graph.neighbors(center), distances.back(), planes[i].normal));
         }
       }));
+  if (XP("medspace")) { RILIEVO_ASSIGN_OR_RETURN(cloud.spacing, SpacingAround(graph, cloud.spacing, context)); }
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise, MeasurementNoise(cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(
       AdaptPatches(points, graph, noise, cloud.spacing, context, &patches, &planes));
@@ -216,6 +238,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
         for (int64_t i = begin; i < end; ++i) {
           // Where patches had to be widened, the nearest neighbours are the nearest in height too
           // and show too little of the noise.
+          if (XP("widenoise")) continue;
           if (planes[i].spread < kWidened * first_spread[i]) continue;
           cloud.noise[i] =
               std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
@@ -229,6 +252,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
       ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
       }));
+  if (XP("medend")) { RILIEVO_ASSIGN_OR_RETURN(cloud.spacing, SpacingAround(graph, cloud.spacing, context)); }
   cloud.median_spacing = Quantile(cloud.spacing, 0.5);
   cloud.median_noise = Quantile(cloud.noise, 0.5);
   return estimated;

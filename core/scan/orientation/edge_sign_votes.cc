@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/orientation/edge_sign_votes.h"
 
 #include <algorithm>
@@ -99,7 +100,8 @@ double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, i
   constexpr float kAllAround = 0.5f;
   constexpr double kWallWorth = 0.8, kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
-  if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
+  if (XP("nostep") || !IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
+  if (XP("nowall")) return std::copysign(kStairWorth, ReflectedCosine(pair));
   // Sheets that face each other have the solid, or the air, between them.
   if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWorth * pair.cosine;
   return std::copysign(kStairWorth, ReflectedCosine(pair));
