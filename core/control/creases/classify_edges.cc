@@ -50,7 +50,7 @@ EdgePlace PlaceOf(const FoldedEdge& edge) {
 EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place, double length) {
   const double off = (planes.at - place.middle).norm();
   if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned ||
-      !XP("off") && off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing)) {
+      (!XP("off") && off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing))) {
     return EdgeClass::kSmooth;
   }
   const bool blunt = planes.bluntness > kBlunt;

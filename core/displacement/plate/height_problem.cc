@@ -43,7 +43,7 @@ std::vector<float> SpacingAtVertices(const OrientedCloud& cloud, const LoopRefin
   for (int l = 0; l <= finest; ++l) {
     if (l > 0) spacing = Prolong(refinement, l - 1, l, std::move(spacing));
     for (size_t v = 0; v < spacing.size(); ++v) {
-      if (means[l][v] > 0) spacing[v] = means[l][v];
+      if (means[l][v] > 0 && !(XP("vlev") && l == finest && l > 0)) spacing[v] = means[l][v];
     }
   }
   return spacing;
@@ -61,6 +61,7 @@ HeightProblem::HeightProblem(const OrientedCloud& cloud, const LoopRefinement& r
       weights_(feet.size(), 1.0f) {}
 
 double HeightProblem::SpacingOf(size_t foot) const {
+  if (XP("vspace") && (*feet_)[foot].found()) return spacing_[CoarseFoot((*feet_)[foot], *refinement_, finest()).NearestCorner()];
   return foot < cloud_->spacing.size() ? cloud_->spacing[foot] : cloud_->median_spacing;
 }
 

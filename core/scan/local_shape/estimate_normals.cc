@@ -50,7 +50,7 @@ absl::StatusOr<std::vector<float>> SpacingAround(const NeighborGraph& graph,
           for (const int j : graph.neighbors(static_cast<int>(i))) list.push_back(spacing[j]);
           const auto middle = list.begin() + static_cast<int64_t>(list.size() / 2);
           std::nth_element(list.begin(), middle, list.end());
-          around[i] = XP("minspace") ? std::min(spacing[i], *middle) : *middle;
+          around[i] = XP("cap") ? std::min(spacing[i], static_cast<float>(XPN("CAP", 2)) * *middle) : XP("minspace") ? std::min(spacing[i], *middle) : *middle;
         }
       }));
   return around;
