@@ -185,6 +185,19 @@ void DocumentedErrorsTest::FullServers() {
   const std::string scan = UploadedScan();
   Expect("Reconstruct", "MEMORY_LIMIT", Reconstruct({HeaderRequest(20)}));
   Expect("CreateJob", "MEMORY_LIMIT", Create("a", scan));
+  // By parts, on a disk that has no room left.
+  options.scratch = test_ / "scratch";
+  options.part_points = 2048;
+  options.memory_budget = 90'000'000;
+  std::filesystem::create_directory(options.scratch);
+  Start(options);
+  std::filesystem::remove(options.scratch);
+  std::filesystem::create_directory_symlink("/proc", options.scratch);
+  v1::ReconstructRequest large = HeaderRequest(20);
+  large.mutable_header()->mutable_options()->set_max_level(7);
+  Expect("Reconstruct", "STORE_FULL", Reconstruct({large, PointsRequest(20)}));
+  Expect("CreateJob", "STORE_FULL",
+         Create("a", UploadedScan(), [](auto* h) { h->mutable_options()->set_max_level(7); }));
   options = {};
   options.keep_bytes = 100;
   Start(options);

@@ -107,7 +107,7 @@ TEST_F(PartsTest, PartsThatWereNotAskedForAreWarnedOf) {
                            "--part-points", "2048", "--max-level", "0", "--quiet", "--json"});
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_THAT(Json::parse(ended.out)["warnings"],
-              ::testing::Contains(HasSubstr("colours, stations, normals was not taken")));
+              ::testing::Contains(HasSubstr("its colours, stations, normals were not used")));
 }
 
 TEST_F(PartsTest, AScanThatFitsNeedsNoParts) {
