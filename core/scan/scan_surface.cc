@@ -138,8 +138,8 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
   return KeepPoints(found.keep, std::move(scan), options, context);
 }
 
-// Points with normals of either sign; the scan keeps neither its points nor, where it is large, its
-// index.
+// The points of a scan with their normals, of either sign. FindNormals takes the points out of the
+// scan, and the index too where there are many.
 struct NormalsOfScan {
   ReplacedLists replaced;
   EstimatedNormals estimated;

@@ -9,7 +9,7 @@
 namespace rilievo {
 
 // To be read and written, in this folder; in memory where `folder` is empty. NOT_FOUND or
-// PERMISSION_DENIED when none can be made there, RESOURCE_EXHAUSTED when there is no room.
+// PERMISSION_DENIED when no file can be made there, RESOURCE_EXHAUSTED when there is no room.
 absl::StatusOr<FileDescriptor> UnnamedFile(const std::string& folder);
 
 }  // namespace rilievo

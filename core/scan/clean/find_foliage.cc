@@ -20,9 +20,9 @@ constexpr float kOffSpacing = 0.2F, kOffMedian = 4;
 // Points whose neighbourhoods of so many rings hold more such points belong to it.
 constexpr int kRings = 2;
 constexpr float kMostOff = 1.0F / 3;
-// The deviation across the plane of a neighbourhood, in that along it, from which on it is a
-// volume. Small sheets in disorder are one over a few rings, noise up to a spacing is none over
-// many: leaves are one over both.
+// A neighbourhood is a volume where its deviation across its plane is more than this share of the
+// deviation along it. Rods look like one over few rings, but not over many; so does noise up to
+// most of a spacing. Leaves are a volume over both.
 constexpr double kVolume = 0.35;
 constexpr int kVolumeRings = 8;
 // Components with fewer points in volumes are details.
@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<float>> FarOff(const OrientedCloud& cloud, const Neig
   return off;
 }
 
-// Per point, how many rings more than kVolumeRings away from the marked ones it is; 0: none.
+// Per point, kVolumeRings less the rings from the nearest marked point; 0 where it is farther off.
 std::vector<uint8_t> RingsAround(const NeighborGraph& graph, const std::vector<uint8_t>& marked) {
   std::vector<uint8_t> rings(marked.size(), 0);
   std::vector<int> front, next;
