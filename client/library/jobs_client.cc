@@ -154,7 +154,7 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
   v1::GetUploadRequest query;
   query.set_upload_id(scan.scan_id);
   uint64_t known = 0;
-  bool begun_anew = false;
+  bool begun_anew = false, broken = false, overtaken = false;
   int moved_offsets = 0;
   for (;;) {
     v1::GetUploadResponse stored;
@@ -174,7 +174,13 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
     }
     // It dropped it, or got more, after it was asked how much that was.
     if (absl::IsOutOfRange(status) && moved_offsets++ < kMostMovedOffsets) continue;
+    // A broken stream of this very upload may reach the server after the one that goes on with it.
+    if (absl::IsAborted(status) && broken && !overtaken) {
+      overtaken = true;
+      continue;
+    }
     if (!attempts.Again(status)) return status;
+    broken = true;
   }
 }
 
