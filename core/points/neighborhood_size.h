@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 namespace rilievo {
 
@@ -12,13 +11,6 @@ inline int NeighborhoodSize(int fewest, int most, double noise, double spacing) 
   const double ratio = spacing > 0 ? noise / spacing : 0;
   return static_cast<int>(
       std::clamp(fewest * (1 + 12 * ratio * ratio), double(fewest), double(most)));
-}
-
-// Within which so many points mostly lie: on four scans, clean and noisy, fewer did at most 4 times
-// of 100, and in the mean a fifth more. On a flat disc a quarter would be enough.
-inline double LikelyRadius(int count, double spacing) {
-  constexpr double kArea = 0.36;  // squared radius over squared spacings, a point
-  return spacing * std::sqrt(kArea * count);
 }
 
 }  // namespace rilievo

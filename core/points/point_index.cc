@@ -24,50 +24,44 @@ constexpr int kLeafSize = 16;
 // Points of a tree: nothing can stop FLANN while it builds one, 0.3 s for so many.
 constexpr int64_t kMostTreePoints = 1 << 19;
 
-// The `capacity` best of what the trees offer, by (distance, index): ties do not depend on how the
-// tree was cut. A few are kept in order in the caller's arrays, without an allocation, unlike in
-// FLANN's own sets; many in a pool, half as large again, which is cut to the best when it is full.
+// The `capacity` best of what the trees offer within a squared distance of `most`, by (distance,
+// index): ties do not depend on how the tree was cut.
 class NearestSet final : public flann::ResultSet<double> {
  public:
-  // Those within a squared distance of `most`.
-  NearestSet(int capacity, int* indices, double* distances,
-             double most = std::numeric_limits<double>::max())
-      : capacity_(capacity), worst_(most), indices_(indices), distances_(distances) {
-    if (is_pool()) pool_.reserve(most_pooled());
+  NearestSet(int capacity, double most) : capacity_(static_cast<size_t>(capacity)), worst_(most) {
+    heap_.reserve(capacity_);
   }
 
-  bool full() const override { return count() == capacity_; }
+  bool full() const override { return heap_.size() == capacity_; }
   // A hair above the worst, so that equally far points still reach addPoint().
   double worstDist() const override { return worst_ * (1 + 1e-15); }
-  int count() const {
-    return is_pool() ? std::min(static_cast<int>(pool_.size()), capacity_) : count_;
-  }
   // The next tree counts its points from here.
   void StartTree(int first_point) { first_point_ = first_point; }
 
   void addPoint(double distance, size_t index) override {
-    const int candidate = first_point_ + static_cast<int>(index);
-    if (is_pool()) {
-      AddToPool({distance, candidate});
+    const Candidate candidate{distance, first_point_ + static_cast<int>(index)};
+    if (full()) {
+      if (!(candidate < heap_.front())) return;
+      std::pop_heap(heap_.begin(), heap_.end());
+      heap_.back() = candidate;
     } else {
-      Insert({distance, candidate});
+      heap_.push_back(candidate);
     }
+    std::push_heap(heap_.begin(), heap_.end());
+    if (full()) worst_ = heap_.front().distance;
   }
 
-  // Call it at the end, before the arrays are read.
-  void Finish(bool in_order) {
-    if (!is_pool()) return;
-    CutPool();
-    if (in_order) std::sort(pool_.begin(), pool_.end());
-    for (size_t i = 0; i < pool_.size(); ++i) {
-      indices_[i] = pool_[i].index;
-      distances_[i] = pool_[i].distance;
+  // Ascending; returns how many there are.
+  int Take(int* indices, double* distances) {
+    std::sort_heap(heap_.begin(), heap_.end());
+    for (size_t i = 0; i < heap_.size(); ++i) {
+      indices[i] = heap_[i].index;
+      distances[i] = heap_[i].distance;
     }
+    return static_cast<int>(heap_.size());
   }
 
  private:
-  static constexpr int kMostInOrder = 40;
-
   struct Candidate {
     double distance;
     int index;
@@ -76,52 +70,10 @@ class NearestSet final : public flann::ResultSet<double> {
     }
   };
 
-  bool is_pool() const { return capacity_ > kMostInOrder; }
-  size_t most_pooled() const { return static_cast<size_t>(capacity_) * 3 / 2; }
-
-  void Insert(const Candidate& candidate) {
-    int place = count_;
-    if (count_ < capacity_) {
-      ++count_;
-    } else if (!(candidate < Candidate{distances_[place - 1], indices_[place - 1]})) {
-      return;
-    } else {
-      --place;
-    }
-    for (; place > 0 && candidate < Candidate{distances_[place - 1], indices_[place - 1]};
-         --place) {
-      distances_[place] = distances_[place - 1];
-      indices_[place] = indices_[place - 1];
-    }
-    distances_[place] = candidate.distance;
-    indices_[place] = candidate.index;
-    if (count_ == capacity_) worst_ = distances_[capacity_ - 1];
-  }
-
-  void AddToPool(const Candidate& candidate) {
-    pool_.push_back(candidate);
-    if (static_cast<int>(pool_.size()) == capacity_) {
-      worst_ = std::max_element(pool_.begin(), pool_.end())->distance;
-    } else if (pool_.size() == most_pooled()) {
-      CutPool();
-      worst_ = pool_.back().distance;
-    }
-  }
-
-  // The worst of those that stay comes last.
-  void CutPool() {
-    if (static_cast<int>(pool_.size()) <= capacity_) return;
-    std::nth_element(pool_.begin(), pool_.begin() + capacity_ - 1, pool_.end());
-    pool_.resize(static_cast<size_t>(capacity_));
-  }
-
-  int capacity_;
-  int count_ = 0;
+  size_t capacity_;
   int first_point_ = 0;
-  double worst_;  // of the best, once there are enough
-  int* indices_;
-  double* distances_;
-  std::vector<Candidate> pool_;
+  double worst_;                 // of the best, once there are enough
+  std::vector<Candidate> heap_;  // the worst first
 };
 
 // All points within a radius. More than `most` end the search.
@@ -196,16 +148,9 @@ struct PointIndex::Impl {
 
   int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances,
             double most_squared = std::numeric_limits<double>::max()) const {
-    NearestSet nearest(k, indices, distances, most_squared);
-    Fill(position, &nearest);
-    nearest.Finish(true);
-    return nearest.count();
-  }
-
-  // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
-  // little to offer. One that lies far off would be searched in vain, and widely.
-  void Fill(const Eigen::Vector3d& position, NearestSet* set) const {
-    NearestSet& nearest = *set;
+    NearestSet nearest(k, most_squared);
+    // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
+    // little to offer. One that lies far off would be searched in vain, and widely.
     size_t home = 0;
     if (trees.size() > 1 && sorted) {
       const auto next =
@@ -218,6 +163,7 @@ struct PointIndex::Impl {
       if (boxes[t].squaredExteriorDistance(position) > nearest.worstDist()) continue;
       Ask(t, position, &nearest);
     }
+    return nearest.Take(indices, distances);
   }
 
   template <typename Set>
@@ -266,21 +212,6 @@ int PointIndex::size() const { return impl_->size; }
 int PointIndex::Nearest(const Eigen::Vector3d& position, int k, int* indices,
                         double* squared_distances, double most_squared) const {
   return impl_->Query(position, std::min(k, size()), indices, squared_distances, most_squared);
-}
-
-int PointIndex::NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
-                                 double* squared_distances, double likely_reach) const {
-  const int wanted = std::min(k, size());
-  NearestSet within(wanted, indices, squared_distances, likely_reach * likely_reach);
-  impl_->Fill(position, &within);
-  if (within.count() == wanted) {
-    within.Finish(false);
-    return wanted;
-  }
-  NearestSet nearest(wanted, indices, squared_distances);
-  impl_->Fill(position, &nearest);
-  nearest.Finish(false);
-  return nearest.count();
 }
 
 bool PointIndex::Within(const Eigen::Vector3d& position, double radius, int most,

@@ -42,11 +42,6 @@ class PointIndex {
   int Nearest(const Eigen::Vector3d& position, int k, int* indices, double* squared_distances,
               double most_squared = std::numeric_limits<double>::max()) const;
 
-  // The same points unordered, which is faster for large k, and faster still if about k points lie
-  // within `likely_reach`.
-  int NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
-                       double* squared_distances, double likely_reach) const;
-
   // All points nearer to a position than `radius`, in an order of their own. False when they are
   // more than `most`; `points` are some of them then.
   bool Within(const Eigen::Vector3d& position, double radius, int most,

@@ -43,10 +43,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   int count = index.Nearest(center, most(first), found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
   const int wanted = most(NeighborhoodSize(kFewestPoints, kMostPoints, noise, spacing));
-  if (wanted > count) {
-    count = index.NearestUnordered(center, wanted, found.data(), squared.data(),
-                                   LikelyRadius(wanted, spacing));
-  }
+  if (wanted > count) count = index.Nearest(center, wanted, found.data(), squared.data());
   // The nearest of the face's side.
   int seed = count;
   for (int i = 0; i < count; ++i) {

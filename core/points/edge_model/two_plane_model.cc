@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "core/points/neighborhood_size.h"
@@ -57,32 +56,18 @@ struct Neighborhood {
   std::array<int, kMostPoints> side;
 };
 
-// The points nearest to the middle of an edge.
+// The points nearest to the middle of an edge, nearest first.
 struct Found {
-  int nearest = 0;
   int count = 0;
-  std::array<int, kMostPoints> points;  // in no order
+  std::array<int, kMostPoints> points;
   std::array<double, kMostPoints> squared;
-
-  void Search(const PointIndex& index, const Vector3d& middle, int wanted, double spacing) {
-    count = index.NearestUnordered(middle, wanted, points.data(), squared.data(),
-                                   LikelyRadius(wanted, spacing));
-  }
-
-  // The `fewer` nearest come first.
-  void BringForward(int fewer) {
-    std::array<std::pair<double, int>, kMostPoints> keyed;
-    for (int i = 0; i < count; ++i) keyed[i] = {squared[i], points[i]};
-    std::nth_element(keyed.begin(), keyed.begin() + fewer, keyed.begin() + count);
-    for (int i = 0; i < count; ++i) std::tie(squared[i], points[i]) = keyed[i];
-  }
 };
 
 // Of the first `count` points found.
 Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
                     const EdgePlace& place) {
   Neighborhood around;
-  around.reach = std::sqrt(*std::max_element(found.squared.begin(), found.squared.begin() + count));
+  around.reach = std::sqrt(found.squared[count - 1]);
   int others = 0;
   for (int i = 0; i < count; ++i) {
     const Vector3d normal = cloud.normals.col(found.points[i]);
@@ -252,7 +237,7 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
 // Among the first `count` points found.
 std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& found, int count,
                                       const EdgePlace& place) {
-  const int nearest = found.nearest;
+  const int nearest = found.points[0];
   TwoPlaneModel fit;
   fit.spacing = cloud.spacing[nearest];
   fit.middle = place.middle;
@@ -306,19 +291,18 @@ HingePlane TwoPlaneModel::TangentAt(int side, const Vector3d& place) const {
 std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const PointIndex& index,
                                               const EdgePlace& place) {
   Found found;
-  double squared = 0;
-  index.Nearest(place.middle, 1, &found.nearest, &squared);
-  const double noise = cloud.noise[found.nearest], spacing = cloud.spacing[found.nearest];
+  index.Nearest(place.middle, 1, found.points.data(), found.squared.data());
+  const int nearest = found.points[0];
+  const double noise = cloud.noise[nearest], spacing = cloud.spacing[nearest];
   const int wanted = NeighborhoodSize(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
   const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
   // One search serves both, for the first neighbourhood seldom says enough.
-  found.Search(index, place.middle, std::max(wanted, other), spacing);
+  found.count = index.Nearest(place.middle, std::max(wanted, other), found.points.data(),
+                              found.squared.data());
   std::optional<TwoPlaneModel> best;
   for (const int asked : {wanted, other}) {
-    const int count = std::min(asked, found.count);
-    if (count < found.count) found.BringForward(count);
-    auto fit = FitAmong(cloud, found, count, place);
+    auto fit = FitAmong(cloud, found, std::min(asked, found.count), place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
     if (best && best->log_likelihood_ratio > kEnough) break;
   }
