@@ -16,7 +16,7 @@ namespace {
 // Of the distances to the neighbours along the normals. As many are of a point's own sheet.
 constexpr double kOwnSheet = 0.4;
 // How far off foliage is: in spacings, and in the scan's median, of lengths and of spacings.
-constexpr float kOffSpacing = 0.2F, kOffMedian = 4;
+constexpr float kOffSpacing = 0.2F, kOffMedian = 2.5F;
 // Points whose neighbourhoods of so many rings hold more such points belong to it.
 constexpr int kRings = 2;
 constexpr float kMostOff = 1.0F / 3;
@@ -25,8 +25,9 @@ constexpr float kMostOff = 1.0F / 3;
 // most of a spacing. Leaves are a volume over both.
 constexpr double kVolume = 0.35;
 constexpr int kVolumeRings = 8;
-// Components with fewer points in volumes are details.
-constexpr int kFewestLeaves = 150;
+// Components with fewer points that lie deep in volumes, as all their neighbours do, are details:
+// the foot of a thin wall is a volume too, but a narrow one.
+constexpr int kFewestLeaves = 100;
 
 // How far a point is from its neighbours, along the normals halfway between theirs and its own, so
 // that curvature counts for nothing.
@@ -119,7 +120,7 @@ absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
   return in_volume;
 }
 
-// Removes components with too few points in volumes.
+// Removes components with too few points deep in volumes.
 absl::Status RemoveDetails(const NeighborGraph& graph, const std::vector<uint8_t>& in_volume,
                            const RunContext& context, std::vector<uint8_t>* foliage) {
   SignedUnionFind sets(graph.size());
@@ -130,10 +131,15 @@ absl::Status RemoveDetails(const NeighborGraph& graph, const std::vector<uint8_t
       if ((*foliage)[j]) sets.Join(i, j, 0);
     }
   }));
-  std::vector<int> volume(foliage->size());
-  for (int i = 0; i < graph.size(); ++i) volume[sets.Find(i)] += in_volume[i];
+  std::vector<int> leaves(foliage->size());
   for (int i = 0; i < graph.size(); ++i) {
-    if (volume[sets.Find(i)] < kFewestLeaves) (*foliage)[i] = 0;
+    const auto around = graph.neighbors(i);
+    const bool deep = in_volume[i] && std::all_of(around.begin(), around.end(),
+                                                  [&](int j) { return in_volume[j] != 0; });
+    leaves[sets.Find(i)] += deep ? 1 : 0;
+  }
+  for (int i = 0; i < graph.size(); ++i) {
+    if (leaves[sets.Find(i)] < kFewestLeaves) (*foliage)[i] = 0;
   }
   return absl::OkStatus();
 }
