@@ -21,7 +21,7 @@ struct ReconstructArguments {
   ShapeInput input = ShapeInput::kScan;
   std::string control_mesh, topology = "auto", boundary = "keep", creases = "auto", scheme = "loop",
                             fit;
-  std::string stations = "auto", normals = "auto", colors = "auto";
+  std::string outliers = "remove", stations = "auto", normals = "auto", colors = "auto";
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed, max_bytes;
   std::string height_step, max_error, close_holes_below,

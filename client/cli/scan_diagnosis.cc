@@ -84,11 +84,12 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
           " and are left out; export the scan without invalid returns to make it smaller.");
   dropped(d.duplicates, "lie exactly on others",
           " and are left out; remove overlaps when registering, or leave them.");
-  dropped(d.outliers, "belong to no surface", " and are left out; look at the scan for ghosts.");
+  dropped(d.outliers, "belong to no surface",
+          " and are left out; look at the scan for ghosts, or keep them by --outliers keep.");
   dropped(d.island_points, "lie on small islands",
           " and are left out; scan them more densely to keep them.");
   dropped(d.foliage_points, "fill volumes, as leaves do,",
-          " and are left out; no surface explains them.");
+          " and are left out; no surface explains them. --outliers keep keeps them.");
   if (d.noise[2] > d.spacing[2]) {
     advice.emplace_back(
         "The noise exceeds the spacing of the points: detail below the noise will be smoothed "

@@ -11,12 +11,13 @@ namespace rilievo {
 namespace {
 
 // By the last word of the path, or by a word within it.
-constexpr std::array<std::pair<absl::string_view, const char*>, 25> kOptions = {{
+constexpr std::array<std::pair<absl::string_view, const char*>, 26> kOptions = {{
     {"max_level", "--max-level"},
     {"threads", "--threads"},
     {"seed", "--seed"},
     {"topology", "--topology"},
     {"boundary", "--boundary"},
+    {"outlier_distance_factor", "--outliers"},
     {"stations", "--stations"},
     {"normals", "--normals"},
     {"close_holes_below_ratio", "--close-holes-below"},

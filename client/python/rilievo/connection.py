@@ -48,7 +48,7 @@ _PARAMETERS = {
     "close_holes_below_length": "close_holes_below",
     "bridge_gaps_below_ratio": "bridge_gaps_below",
     "bridge_gaps_below_length": "bridge_gaps_below",
-    "control_mesh": "control_mesh",
+    "outlier_distance_factor": "outliers", "control_mesh": "control_mesh",
 }
 _SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",
          "max_level", "seed", "threads", "measure", "up", "crs")

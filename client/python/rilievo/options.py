@@ -14,6 +14,7 @@ Creases = Literal["auto", "off"]
 Scheme = Literal["loop", "catmull-clark"]
 SightRule = Literal["auto", "use", "ignore"]
 Fit = Literal["suzuki", "least-squares"]
+Outliers = Literal["remove", "keep"]
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 UNITS: Dict[str, Fraction] = {
@@ -65,6 +66,9 @@ class Options(MeshOptions, total=False):
     """Of a scan, beside those of a mesh."""
     topology: Optional[Topology]
     """The topology of the control mesh."""
+    outliers: Optional[Outliers]
+    """Whether points off all others, and points that fill volumes as leaves do, are left out or are
+    part of the surface."""
     stations: Optional[SightRule]
     """Whether the surface faces the places that its points were seen from: "auto", when these are
     known and believable; "use", without a check; or "ignore"."""
@@ -80,7 +84,8 @@ class Options(MeshOptions, total=False):
 _SIGHT_RULES: Dict[str, int] = {
     "auto": options_pb2.SIGHT_RULE_AUTO, "use": options_pb2.SIGHT_RULE_USE,
     "ignore": options_pb2.SIGHT_RULE_IGNORE}
-_WORDS: Dict[str, Dict[str, int]] = {
+_WORDS: Dict[str, Dict[str, Optional[int]]] = {
+    "outliers": {"remove": None, "keep": 0},
     "stations": _SIGHT_RULES, "normals": _SIGHT_RULES,
     "topology": {"auto": options_pb2.TOPOLOGY_AUTO, "planar": options_pb2.TOPOLOGY_PLANAR,
                  "spherical": options_pb2.TOPOLOGY_SPHERICAL,
@@ -97,6 +102,7 @@ _WORDS: Dict[str, Dict[str, int]] = {
 # Parameter: message within ReconstructOptions ("" for itself), field, type.
 _FIELDS = {
     "max_bytes": ("encode", "max_bytes", int), "topology": ("control", "topology", str),
+    "outliers": ("scan", "outlier_distance_factor", str),
     "stations": ("scan", "stations", str), "normals": ("scan", "normals", str),
     "boundary": ("control", "boundary", str), "creases": ("control", "creases", str),
     "scheme": ("control", "scheme", str),
@@ -180,6 +186,8 @@ def as_message(options: Union[Options, MeshOptions], function: str = "reconstruc
         group, field, kind = _FIELDS[parameter]
         target = getattr(message, group) if group else message
         converted = _converted(parameter, kind, value)
+        if converted is None:  # the server's default
+            continue
         try:
             setattr(target, field, converted)
         except ValueError:  # of protobuf: not within 32 or 64 bits
