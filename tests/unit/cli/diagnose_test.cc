@@ -117,6 +117,24 @@ TEST_F(DiagnoseProgramTest, ForetellsTheFacesUnderNoise) {
   }
 }
 
+TEST_F(DiagnoseProgramTest, OutliersAreLeftOutUnlessTheyAreToBeKept) {
+  std::ofstream out(At("a.xyz"));
+  constexpr int kPoints = 1500;
+  for (int i = 0; i < kPoints; ++i) {
+    const double z = -1 + (2.0 * i + 1) / kPoints, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
+    out << r * std::cos(turn) << ' ' << r * std::sin(turn) << ' ' << z << '\n';
+  }
+  out << "0.8 0.8 0.8\n";
+  out.close();
+  for (const std::string outliers : {"remove", "keep"}) {
+    const Json made = Json::parse(Run({"reconstruct", At("a.xyz"), "-o", At("a.dss"), "--quiet",
+                                       "--json", "--max-level", "1", "--outliers", outliers})
+                                      .out);
+    EXPECT_EQ(made["outliers"], outliers == "keep" ? 0 : 1);
+    EXPECT_EQ(made["points_used"], outliers == "keep" ? kPoints + 1 : kPoints);
+  }
+}
+
 TEST_F(DiagnoseProgramTest, WhatIsNoSurfaceIsSaidInWords) {
   std::ofstream line(At("line.xyz"));
   for (int i = 0; i < 100; ++i) line << i << " 0 0\n";
