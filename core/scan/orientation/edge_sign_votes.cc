@@ -96,7 +96,6 @@ double Confidence(const Pair& pair) {
 }
 
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
-  constexpr float kAllAround = 0.5f;
   constexpr double kWallWorth = 0.8, kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);

@@ -14,6 +14,10 @@ namespace rilievo {
 // below, scans that do not quite meet look the same.
 inline constexpr double kSheetCosine = 0.9, kSheetSpacings = 0.4;
 
+// Of two sheets one lies over the other where the ways along them between their points cancel out
+// by more than this share, and else beside it.
+inline constexpr double kAllAround = 0.5;
+
 // One value in [-1, 1] for each entry of graph.indices: > 0 when the normals of the point and of
 // that neighbour, as they are, point to the same side of the surface, < 0 when to opposite sides;
 // near 0 when the edge cannot tell.

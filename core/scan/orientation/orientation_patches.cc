@@ -56,9 +56,18 @@ std::vector<Disc> DiscsOf(const OrientationPatches& patches, const OrientedCloud
   return discs;
 }
 
+// What the edges from one patch to another say.
+struct Votes {
+  double sum = 0;
+  int count = 0;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();  // sum of the edges along the plane
+  double length = 0;                                // and of their lengths along it
+};
+
 // Whether one disc lies over the other: their planes are parallel, apart by more than noise and
-// spacing explain, and their centres closer along the planes than their radii together.
-bool FaceEachOther(const Disc& a, const Disc& b) {
+// spacing explain, their centres closer along the planes than their radii together, and the edges
+// between them lead all around, and not to one side, as they do to a window set back in its wall.
+bool FaceEachOther(const Disc& a, const Disc& b, const Votes& votes) {
   constexpr int kFewestPoints = 6;
   constexpr double kThicknesses = 1.5;
   constexpr double kOverlap = 0.6;  // of the radii together
@@ -75,7 +84,8 @@ bool FaceEachOther(const Disc& a, const Disc& b) {
     return false;
   }
   const double along = std::sqrt(std::max(0.0, chord.squaredNorm() - step * step));
-  return along < kOverlap * (a.radius + b.radius);
+  return along < kOverlap * (a.radius + b.radius) &&
+         votes.along.norm() < (1 - kAllAround) * votes.length;
 }
 
 // Calls join(a, b, opposite) for the edges below level `end`, by level and each level in their
@@ -191,10 +201,6 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
   for (const int patch : patches.patch) ++begin_of[patch + 1];
   std::partial_sum(begin_of.begin(), begin_of.end(), begin_of.begin());
   for (int i = 0; i < graph.size(); ++i) members[begin_of[patches.patch[i]]++] = i;
-  struct Votes {
-    double sum = 0;
-    int count = 0;
-  };
   const std::vector<Votes> no_votes(discs.size());
   ScratchPool<std::vector<Votes>> pool(no_votes);
   const auto link = [&](int64_t begin, int64_t end) {
@@ -207,6 +213,11 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
       if (to == patches.patch[i]) return;
       if (votes[to].count++ == 0) neighbors.push_back(to);
       votes[to].sum += patches.parity[i] == patches.parity[other] ? relation : -relation;
+      const Eigen::Vector3d& normal = discs[patches.patch[i]].normal;
+      Eigen::Vector3d along = cloud.points.col(other) - cloud.points.col(i);
+      along -= along.dot(normal) * normal;
+      votes[to].along += along;
+      votes[to].length += along.norm();
     };
     for (int patch = static_cast<int>(begin); patch < end; ++patch) {
       // Filling the list has moved each begin to the next patch's.
@@ -221,7 +232,7 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
         vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
       }
       for (const int to : neighbors) {
-        if (FaceEachOther(discs[patch], discs[to])) {
+        if (FaceEachOther(discs[patch], discs[to], votes[to])) {
           votes[to].sum =
               -kFacingWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
         }

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <vector>
 
 #include "core/scan/local_shape/estimate_normals.h"
 #include "core/scan/orientation/edge_sign_votes.h"
@@ -83,10 +86,10 @@ TEST(OrientationPatchesTest, APatchOfASmoothSheetHasOneSide) {
   }
 }
 
-// Two flat patches over each other or side by side at different heights, with edges between them
-// that all say 'same side'.
+// Two flat patches over each other or side by side at different heights, with edges from each point
+// to the nearest of the other patch that all say 'same side'.
 double VoteBetween(double height, double aside) {
-  constexpr int kSide = 6;
+  constexpr int kSide = 6, kNearest = 5;
   constexpr int kPoints = kSide * kSide;
   OrientedCloud cloud;
   cloud.points.resize(3, 2 * kPoints);
@@ -97,22 +100,29 @@ double VoteBetween(double height, double aside) {
   patches.count = 2;
   patches.parity.assign(2 * kPoints, 0);
   NeighborGraph graph;
-  graph.k = 1;
+  graph.k = kNearest;
   for (int i = 0; i < 2 * kPoints; ++i) {
     const bool second = i >= kPoints;
     const int place = i % kPoints;
     cloud.points.col(i) << place % kSide + (second ? aside : 0), place / kSide,
         0.05 * (i % 2) + (second ? height : 0);
     patches.patch.push_back(second ? 1 : 0);
-    graph.indices.push_back((i + kPoints) % (2 * kPoints));
+  }
+  for (int i = 0; i < 2 * kPoints; ++i) {
+    std::vector<int> others(kPoints);
+    std::iota(others.begin(), others.end(), i < kPoints ? kPoints : 0);
+    const auto distance = [&](int j) { return (cloud.points.col(j) - cloud.points.col(i)).norm(); };
+    std::sort(others.begin(), others.end(),
+              [&](int a, int b) { return distance(a) < distance(b); });
+    graph.indices.insert(graph.indices.end(), others.begin(), others.begin() + kNearest);
   }
   double sum = 0;
-  const std::vector<float> relations(2 * kPoints, 1.0f);
+  const std::vector<float> relations(graph.indices.size(), 1.0f);
   const auto links = LinksBetween(patches, graph, relations, cloud, RunContext{});
   for (const SignedLink& link : *links) {
     sum += link.weight;
   }
-  return sum / (2 * kPoints);
+  return sum / static_cast<double>(relations.size());
 }
 
 TEST(OrientationPatchesTest, PatchesOverEachOtherAreOpposite) {
