@@ -182,8 +182,8 @@ enum { RILIEVO_UNION = 0, RILIEVO_INTERSECTION = 1, RILIEVO_DIFFERENCE = 2 };
 
 /* Since 6. The solid that two closed meshes, of the same coordinates, make together: triangles
  * again, closed, without normals and flags. FAILED_PRECONDITION where a mesh is open, is inside out
- * or overlaps itself where the other one cuts it, and where nothing is left. On failure *mesh is
- * NULL. */
+ * or overlaps itself where the other one cuts it, where both touch at too flat an angle to decide
+ * which parts are joined, and where nothing is left. On failure *mesh is NULL. */
 RILIEVO_API RilievoCode rilievo_combine(const RilievoMesh* a, const RilievoMesh* b, int operation,
                                         int threads, RilievoMesh** mesh);
 

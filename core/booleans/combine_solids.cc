@@ -38,15 +38,24 @@ Plan PlanOf(SolidOperation operation) {
 struct CutSolids {
   SolidCrossings crossings;
   KeptFaces kept;
+  std::vector<uint8_t> contacts;  // by corner number, see FindContacts()
 };
 
 absl::StatusOr<CutSolids> CutEachOther(const TriangleMesh& a, const TriangleMesh& b,
                                        const KeptOutside& outside, const Growth& growth,
                                        const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto solids, PlaceOnGrid(a, b, growth));
+  RILIEVO_ASSIGN_OR_RETURN(const auto solids, PlaceOnGrid(a, b, growth, context));
   CutSolids cut;
   RILIEVO_ASSIGN_OR_RETURN(cut.crossings, FindCrossings(solids, context));
   RILIEVO_ASSIGN_OR_RETURN(cut.kept, KeepFaces(solids, cut.crossings, outside, context));
+  if (cut.crossings.all.empty()) return cut;
+  RILIEVO_ASSIGN_OR_RETURN(cut.contacts, FindContacts(solids, cut.crossings.all, context));
+  if (cut.contacts.empty()) return cut;
+  for (const AddedPoint& point : cut.kept.added) {
+    cut.contacts.push_back(std::all_of(point.corners.begin(), point.corners.end(), [&](int v) {
+      return cut.contacts[static_cast<size_t>(v)] != 0;
+    }));
+  }
   return cut;
 }
 
@@ -106,7 +115,7 @@ double ContactWidth(const TriangleMesh& a, const TriangleMesh& b) {
 struct GrowingMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<CutTriangle> triangles;
-  std::vector<uint8_t> at_cut;  // by vertex: a crossing; of those added later: none
+  std::vector<uint8_t> near_contact;  // by vertex, of those first there
 
   Eigen::Matrix3Xi Faces() const {
     Eigen::Matrix3Xi faces(3, static_cast<Eigen::Index>(triangles.size()));
@@ -117,9 +126,8 @@ struct GrowingMesh {
   }
 };
 
-// Corners from `first_crossing` to `first_added` are crossings.
 GrowingMesh UsedPart(const KeptFaces& kept, bool turn_second, const Eigen::Matrix3Xd& places,
-                     int first_crossing, int first_added) {
+                     const std::vector<uint8_t>& contacts) {
   GrowingMesh mesh;
   std::vector<int> number(static_cast<size_t>(places.cols()), -1);
   for (size_t side = 0; side < 2; ++side) {
@@ -133,7 +141,7 @@ GrowingMesh UsedPart(const KeptFaces& kept, bool turn_second, const Eigen::Matri
         if (at < 0) {
           at = static_cast<int>(mesh.vertices.size());
           mesh.vertices.push_back(places.col(corner));
-          mesh.at_cut.push_back(corner >= first_crossing && corner < first_added);
+          mesh.near_contact.push_back(contacts.empty() ? 0 : contacts[static_cast<size_t>(corner)]);
         }
         corner = at;
       }
@@ -225,10 +233,8 @@ absl::StatusOr<Combination> CombineCut(const TriangleMesh& a, const TriangleMesh
                                        const RunContext& context) {
   const double width = ContactWidth(a, b);
   const std::vector<Crossing>& crossings = cut.crossings.all;
-  const auto first_crossing = static_cast<int>(a.vertices.cols() + b.vertices.cols());
   GrowingMesh growing = UsedPart(cut.kept, operation == SolidOperation::kDifference,
-                                 PlacesOf(a, b, crossings, cut.kept.added, width), first_crossing,
-                                 first_crossing + static_cast<int>(crossings.size()));
+                                 PlacesOf(a, b, crossings, cut.kept.added, width), cut.contacts);
   Combination combination;
   if (growing.triangles.empty()) return combination;
   SplitRepeatedDiagonals(&growing);
@@ -240,10 +246,10 @@ absl::StatusOr<Combination> CombineCut(const TriangleMesh& a, const TriangleMesh
   for (size_t v = 0; v < growing.vertices.size(); ++v) {
     combined.mesh.vertices.col(static_cast<Eigen::Index>(v)) = growing.vertices[v];
   }
-  if (combined.crossings == 0) return combination;
+  if (cut.contacts.empty()) return combination;
   RILIEVO_ASSIGN_OR_RETURN(
       SeparatedSolids separated,
-      SeparateContacts(std::move(combined.mesh), std::move(growing.at_cut), width, context));
+      SeparateContacts(std::move(combined.mesh), std::move(growing.near_contact), width, context));
   combined.mesh = std::move(separated.mesh);
   combination.touched = separated.touched;
   return combination;

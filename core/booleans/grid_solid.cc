@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/surface/mass_properties.h"
 
@@ -41,36 +44,73 @@ absl::StatusOr<std::vector<uint32_t>> PartnersOf(const Eigen::Matrix3Xi& faces, 
   return partner;
 }
 
-// By vertex: the shortest move that takes all faces around it outward by 1, or as near to that as a
-// sharp tip allows. By projections onto one half-space after the other (C. Hildreth, "A quadratic
+// Unit normals of the faces around each vertex, those of vertex v from begins[v].
+struct NormalsAround {
+  std::vector<size_t> begins;
+  std::vector<Eigen::Vector3d> normals;
+};
+
+NormalsAround NormalsAroundVertices(const TriangleMesh& mesh) {
+  NormalsAround around;
+  around.begins.assign(static_cast<size_t>(mesh.vertices.cols()) + 1, 0);
+  for (const int v : mesh.triangles.reshaped()) ++around.begins[static_cast<size_t>(v) + 1];
+  std::partial_sum(around.begins.begin(), around.begins.end(), around.begins.begin());
+  around.normals.resize(around.begins.back());
+  std::vector<size_t> next(around.begins.begin(), around.begins.end() - 1);
+  for (const auto triangle : mesh.triangles.colwise()) {
+    const Eigen::Vector3d origin = mesh.vertices.col(triangle[0]);
+    const Eigen::Vector3d normal = (mesh.vertices.col(triangle[1]) - origin)
+                                       .cross(mesh.vertices.col(triangle[2]) - origin)
+                                       .normalized();
+    for (const int v : triangle) around.normals[next[static_cast<size_t>(v)]++] = normal;
+  }
+  return around;
+}
+
+// The shortest move of a vertex that takes all faces around it outward by 1, or as near to that as
+// a sharp tip allows. By projections onto one half-space after the other (C. Hildreth, "A quadratic
 // programming procedure", 1957), so it does not depend on the sizes of the faces.
-Eigen::Matrix3Xd OutwardMoves(const TriangleMesh& mesh) {
+Eigen::Vector3d OutwardMove(std::span<const Eigen::Vector3d> normals) {
   constexpr int kMostSweeps = 200;
   constexpr double kShort = 1e-2;  // of 1, that a face may lack
-  const auto count = static_cast<size_t>(3 * mesh.triangles.cols());
-  std::vector<double> pushes(count, 0);  // by corner of a face, along its normal
-  Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, mesh.vertices.cols());
-  Eigen::Matrix3Xd normals(3, mesh.triangles.cols());
-  for (Eigen::Index t = 0; t < normals.cols(); ++t) {
-    const Eigen::Vector3d origin = mesh.vertices.col(mesh.triangles(0, t));
-    normals.col(t) = (mesh.vertices.col(mesh.triangles(1, t)) - origin)
-                         .cross(mesh.vertices.col(mesh.triangles(2, t)) - origin)
-                         .normalized();
-  }
+  std::vector<double> pushes(normals.size(), 0);
+  Eigen::Vector3d move = Eigen::Vector3d::Zero();
   bool moved = true;
   for (int sweep = 0; sweep < kMostSweeps && moved; ++sweep) {
     moved = false;
-    for (size_t corner = 0; corner < count; ++corner) {
-      const auto normal = normals.col(static_cast<Eigen::Index>(corner / 3));
-      auto move = moves.col(mesh.triangles.data()[corner]);
-      const double push = std::max(1 - normal.dot(move), -pushes[corner]);
-      if (normal.isZero() || move.squaredNorm() > kMostAhead * kMostAhead) continue;
+    for (size_t i = 0; i < normals.size(); ++i) {
+      const double push = std::max(1 - normals[i].dot(move), -pushes[i]);
+      if (normals[i].isZero() || move.squaredNorm() > kMostAhead * kMostAhead) continue;
       moved = moved || std::abs(push) > kShort;
-      pushes[corner] += push;
-      move += push * normal;
+      pushes[i] += push;
+      move += push * normals[i];
     }
   }
+  return move;
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> OutwardMoves(const TriangleMesh& mesh, const RunContext& context) {
+  const NormalsAround around = NormalsAroundVertices(mesh);
+  Eigen::Matrix3Xd moves(3, mesh.vertices.cols());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(moves.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t v = begin; v < end; ++v) {
+          const size_t first = around.begins[static_cast<size_t>(v)];
+          const size_t count = around.begins[static_cast<size_t>(v) + 1] - first;
+          moves.col(v) = OutwardMove(std::span(around.normals).subspan(first, count));
+        }
+      }));
   return moves;
+}
+
+std::vector<GridPoint> GridPointsOf(const Eigen::Matrix3Xd& places, uint32_t first_id) {
+  std::vector<GridPoint> points;
+  points.reserve(static_cast<size_t>(places.cols()));
+  for (const auto place : places.colwise()) {
+    points.push_back(
+        {{std::llround(place.x()), std::llround(place.y()), std::llround(place.z())}, first_id++});
+  }
+  return points;
 }
 
 absl::Status CheckSolid(const TriangleMesh& mesh, const char* which) {
@@ -97,7 +137,8 @@ FloatBox GridSolid::BoxOf(int face) const {
 }
 
 absl::StatusOr<std::array<GridSolid, 2>> PlaceOnGrid(const TriangleMesh& a, const TriangleMesh& b,
-                                                     const Growth& growth) {
+                                                     const Growth& growth,
+                                                     const RunContext& context) {
   const TriangleMesh* meshes[2] = {&a, &b};
   const char* names[2] = {"first", "second"};
   std::array<GridSolid, 2> solids;
@@ -114,15 +155,17 @@ absl::StatusOr<std::array<GridSolid, 2>> PlaceOnGrid(const TriangleMesh& a, cons
   }
   const Eigen::Vector3d center = (low + high) / 2;
   const double steps = static_cast<double>(kStepsOfHalfBox) / ((high - low) / 2).maxCoeff();
-  uint32_t id = 0;
+  uint32_t first_id = 0;
   for (size_t side = 0; side < 2; ++side) {
-    const Eigen::Matrix3Xd& vertices = meshes[side]->vertices;
-    Eigen::Matrix3Xd places = (vertices.colwise() - center) * steps;
-    if (side == growth.side) places += growth.steps * OutwardMoves(*meshes[side]);
-    for (const auto place : places.colwise()) {
-      solids[side].points.push_back(
-          {{std::llround(place.x()), std::llround(place.y()), std::llround(place.z())}, id++});
+    const Eigen::Matrix3Xd places = (meshes[side]->vertices.colwise() - center) * steps;
+    if (side == growth.side && growth.steps != 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd moves, OutwardMoves(*meshes[side], context));
+      solids[side].points = GridPointsOf(places + growth.steps * moves, first_id);
+      solids[side].points_otherwise = GridPointsOf(places - growth.steps * moves, first_id);
+    } else {
+      solids[side].points = GridPointsOf(places, first_id);
     }
+    first_id += static_cast<uint32_t>(places.cols());
   }
   return solids;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/booleans/grid_predicates.h"
 #include "core/geometry/four_boxes.h"
 #include "core/geometry/half_edges.h"
@@ -17,7 +18,8 @@ namespace rilievo {
 struct GridSolid {
   Eigen::Matrix3Xi faces;
   std::vector<GridPoint> points;
-  std::vector<uint32_t> partner;  // by half-edge: the one across
+  std::vector<GridPoint> points_otherwise;  // moved by as much the other way; empty: none has moved
+  std::vector<uint32_t> partner;            // by half-edge: the one across
 
   const GridPoint& TailOf(uint32_t h) const {
     return points[static_cast<size_t>(Origin(faces, h))];
@@ -45,8 +47,9 @@ inline constexpr double kGrowthSteps = 2.5;
 
 // Both meshes on a grid with kStepsOfHalfBox in half the longest side of their joint box.
 // INVALID_ARGUMENT for a coordinate that is not finite; FAILED_PRECONDITION where a mesh is not
-// closed and oriented, encloses no volume, or is inside out.
+// closed and oriented, encloses no volume, or is inside out; CANCELLED.
 absl::StatusOr<std::array<GridSolid, 2>> PlaceOnGrid(const TriangleMesh& a, const TriangleMesh& b,
-                                                     const Growth& growth);
+                                                     const Growth& growth,
+                                                     const RunContext& context);
 
 }  // namespace rilievo

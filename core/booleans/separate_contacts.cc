@@ -54,11 +54,11 @@ Eigen::Matrix3Xi ColumnsOf(const std::vector<Corners>& triangles) {
 class Thinner {
  public:
   Thinner(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
-          std::vector<uint8_t> at_cut, double width)
+          std::vector<uint8_t> near_contact, double width)
       : vertices_(vertices),
         width_(width),
         sets_(vertices.cols()),
-        near_contact_(std::move(at_cut)) {
+        near_contact_(std::move(near_contact)) {
     near_contact_.resize(static_cast<size_t>(vertices.cols()), 0);
     for (const auto triangle : triangles.colwise()) {
       triangles_.push_back({triangle[0], triangle[1], triangle[2]});
@@ -93,6 +93,10 @@ class Thinner {
     return static_cast<uint64_t>(std::min(a, b)) << 32 | static_cast<uint32_t>(std::max(a, b));
   }
 
+  // Farther than a vertex lies from an edge that it cuts, so that no edge is cut into pieces as
+  // short as it is far.
+  bool AreOne(int a, int b) const { return Length(a, b) < 2 * width_; }
+
   // Makes one vertex of both.
   void Join(int a, int b) {
     sets_.Unite(a, b);
@@ -110,11 +114,15 @@ class Thinner {
     return true;
   }
 
+  bool IsNear(int v) const { return near_contact_[static_cast<size_t>(v)] != 0; }
+  bool IsNear(const Corners& c) const { return IsNear(c[0]) && IsNear(c[1]) && IsNear(c[2]); }
+
   bool JoinShortEdges() {
     for (const Corners& triangle : triangles_) {
+      if (!IsNear(triangle)) continue;
       for (size_t k = 0; k < 3; ++k) {
         const int a = triangle[k], b = triangle[(k + 1) % 3];
-        if (Length(a, b) < width_) Join(a, b);
+        if (AreOne(a, b)) Join(a, b);
       }
     }
     return ApplyJoins();
@@ -132,6 +140,7 @@ class Thinner {
   // Of each thin triangle the vertex that lies on its longest edge.
   bool CutAtApexes() {
     for (const Corners& c : triangles_) {
+      if (!IsNear(c)) continue;
       size_t longest = 0;
       double length = 0;
       for (size_t k = 0; k < 3; ++k) {
@@ -176,10 +185,8 @@ class Thinner {
     for (const Corners& c : triangles_) {
       for (size_t k = 0; k < 3; ++k) {
         const int a = c[k], b = c[(k + 1) % 3];
-        if (near_contact_[static_cast<size_t>(a)] != 0) vertices.push_back(a);
-        if (near_contact_[static_cast<size_t>(a)] + near_contact_[static_cast<size_t>(b)] > 0) {
-          edges.push_back({std::min(a, b), std::max(a, b)});
-        }
+        if (IsNear(a)) vertices.push_back(a);
+        if (IsNear(a) || IsNear(b)) edges.push_back({std::min(a, b), std::max(a, b)});
       }
     }
     const auto each_once = [](auto* list) {
@@ -195,9 +202,9 @@ class Thinner {
       tree.ForEachOverlap(BoxAround(vertex, vertex), [&](int edge) {
         const auto [a, b] = edges[static_cast<size_t>(edge)];
         if (vertex == a || vertex == b) return;
-        const bool near_a = Length(vertex, a) < width_, near_b = Length(vertex, b) < width_;
-        if (near_a || near_b) {
-          Join(vertex, near_a ? a : b);
+        const bool is_a = AreOne(vertex, a);
+        if (is_a || AreOne(vertex, b)) {
+          Join(vertex, is_a ? a : b);
         } else if (LiesOn(vertex, a, b)) {
           on_edge_.emplace(KeyOf(a, b), vertex);
         }
@@ -233,7 +240,7 @@ class Thinner {
   bool joins_ = false;
   std::vector<Corners> triangles_;
   size_t cuts_left_ = 0;
-  std::vector<uint8_t> near_contact_;  // by vertex: at the cut, or of a thin triangle
+  std::vector<uint8_t> near_contact_;  // by vertex, also of thin triangles that were taken out
   std::unordered_map<uint64_t, int> on_edge_;
 };
 
@@ -292,14 +299,14 @@ TriangleMesh WithoutFilms(TriangleMesh mesh, double width) {
 
 absl::Status TouchesTooFlatly() {
   return absl::FailedPreconditionError(
-      "the shapes touch at too flat an angle to decide which parts are joined; move one of them, "
-      "by "
-      "a millionth of its size or, where they nearly coincide, by some thousandths");
+      "the shapes touch at too flat an angle to decide which parts are joined; move one of them by "
+      "a millionth of its size");
 }
 
-absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
-                                                 double width, const RunContext& context) {
-  Thinner thinner(mesh.vertices, mesh.triangles, std::move(at_cut), width);
+absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh,
+                                                 std::vector<uint8_t> near_contact, double width,
+                                                 const RunContext& context) {
+  Thinner thinner(mesh.vertices, mesh.triangles, std::move(near_contact), width);
   const Thinner::Outcome outcome = thinner.Run();
   if (outcome == Thinner::Outcome::kGivenUp) return TouchesTooFlatly();
   if (outcome == Thinner::Outcome::kUnchanged) {

@@ -23,8 +23,10 @@ absl::Status TouchesTooFlatly();
 // components thinner than that are left out. Triangles that are thinner are taken out, and
 // SolidOfMesh() separates what is left. TouchesTooFlatly() where that does not come to an end or
 // would open the mesh; CANCELLED.
-// `at_cut`: by vertex, 1 where one solid's edge met a face of the other; empty: nowhere.
-absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
-                                                 double width, const RunContext& context);
+// Only triangles between vertices with `near_contact` 1 are looked at, by vertex; those at the end
+// may be left out. So what is thin elsewhere stays.
+absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh,
+                                                 std::vector<uint8_t> near_contact, double width,
+                                                 const RunContext& context);
 
 }  // namespace rilievo

@@ -1,6 +1,7 @@
 #include "core/booleans/solid_crossings.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -65,6 +66,18 @@ absl::StatusOr<std::vector<Crossing>> AllCrossings(const std::array<GridSolid, 2
   }
   std::sort(crossings.begin(), crossings.end(), ComesBefore);
   return crossings;
+}
+
+// Side of the edge, its half-edge, face of the other solid.
+using MeetingPair = std::tuple<size_t, uint32_t, int>;
+
+std::vector<MeetingPair> MeetingPairsOf(const std::vector<Crossing>& crossings) {
+  std::vector<MeetingPair> pairs;
+  pairs.reserve(crossings.size());
+  for (const Crossing& crossing : crossings) {
+    pairs.emplace_back(crossing.side, crossing.half_edge, crossing.face);
+  }
+  return pairs;
 }
 
 // From what a line along x to beyond the solid meets.
@@ -150,6 +163,41 @@ absl::StatusOr<SolidCrossings> FindCrossings(const std::array<GridSolid, 2>& sol
                                         StepsAlong(solids[side], side, found.all), context));
   }
   return found;
+}
+
+absl::StatusOr<std::vector<uint8_t>> FindContacts(const std::array<GridSolid, 2>& solids,
+                                                  const std::vector<Crossing>& crossings,
+                                                  const RunContext& context) {
+  std::array<GridSolid, 2> otherwise = solids;
+  for (GridSolid& solid : otherwise) {
+    if (!solid.points_otherwise.empty()) solid.points.swap(solid.points_otherwise);
+  }
+  const BoxTree tree(BoxesOf(otherwise[1]));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Crossing> others,
+                           AllCrossings(otherwise, tree, context));
+  std::vector<MeetingPair> here = MeetingPairsOf(crossings), there = MeetingPairsOf(others), in_one;
+  std::sort(here.begin(), here.end());
+  std::sort(there.begin(), there.end());
+  std::set_symmetric_difference(here.begin(), here.end(), there.begin(), there.end(),
+                                std::back_inserter(in_one));
+  std::vector<uint8_t> near;
+  if (in_one.empty()) return near;
+  const size_t begins[2] = {0, solids[0].points.size()};
+  near.assign(begins[1] + solids[1].points.size(), 0);
+  const auto mark = [&](size_t side, uint32_t face) {
+    for (uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
+      near[begins[side] + static_cast<size_t>(Origin(solids[side].faces, h))] = 1;
+    }
+  };
+  for (const auto& [side, half_edge, face] : in_one) {
+    mark(side, half_edge / 3);
+    mark(side, solids[side].partner[half_edge] / 3);
+    mark(1 - side, static_cast<uint32_t>(face));
+  }
+  for (const MeetingPair& pair : MeetingPairsOf(crossings)) {
+    near.push_back(std::binary_search(in_one.begin(), in_one.end(), pair));
+  }
+  return near;
 }
 
 }  // namespace rilievo

@@ -30,4 +30,12 @@ struct SolidCrossings {
 absl::StatusOr<SolidCrossings> FindCrossings(const std::array<GridSolid, 2>& solids,
                                              const RunContext& context);
 
+// Where the solids touch: an edge meets a face here and not where the points of a solid have moved
+// the other way (`points_otherwise`), or there and not here. By number, the vertices of side 0,
+// those of side 1, the crossings: 1 for the crossings and the corners of the faces that take part.
+// Empty where nothing touches; CANCELLED.
+absl::StatusOr<std::vector<uint8_t>> FindContacts(const std::array<GridSolid, 2>& solids,
+                                                  const std::vector<Crossing>& crossings,
+                                                  const RunContext& context);
+
 }  // namespace rilievo

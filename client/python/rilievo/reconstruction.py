@@ -108,8 +108,8 @@ def combine(a: Union[Surface, Tuple[Any, Any]], b: Union[Surface, Tuple[Any, Any
               surfaces, unless they are given; then they are taken for those of both
 
     server, progress, layer, timeout, interruption and errors: as of convert(). FailedPrecondition
-    where a solid is open or overlaps itself, and where nothing is left. Colours are not carried
-    over.
+    where a solid is open or overlaps itself, where both touch at too flat an angle to decide which
+    parts are joined, and where nothing is left. Colours are not carried over.
     """
     if operation not in _OPERATIONS:
         raise refuse("operation", f"{operation!r} is not one of "

@@ -138,6 +138,25 @@ TEST(CombineSolidsTest, RandomPosesKeepTheVolumes) {
   }
 }
 
+// A solid and what is the same but for moves far smaller than its triangles: the faces of one cross
+// those of the other everywhere, at flat angles.
+TEST(CombineSolidsTest, SolidsThatNearlyCoincide) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> part(-1, 1);
+  const TriangleMesh ring = Moved(TorusMesh(1, .4, 40, 20), Askew());
+  for (const double most : {1e-7, 0.0}) {
+    SCOPED_TRACE(most);
+    TriangleMesh copy = ring;
+    for (double& x : copy.vertices.reshaped()) {
+      x = most > 0 ? x + most * part(random) : static_cast<float>(x);
+    }
+    const std::vector<Result> results = AllThree(ring, copy);
+    EXPECT_EQ(results[0].shape, Is(1, 1));
+    EXPECT_EQ(results[1].shape, Is(1, 1));
+    EXPECT_GT(results[2].volume, 0);
+  }
+}
+
 // On small grids most pairs touch in corners, edges or planes.
 TEST(CombineSolidsTest, TetrahedraOnAGridKeepTheVolumes) {
   std::mt19937_64 random(11);

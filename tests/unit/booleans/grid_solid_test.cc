@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 constexpr double kHalf = static_cast<double>(kStepsOfHalfBox);
 
 TEST(GridSolidTest, TheJointBoxFillsTheGrid) {
-  const auto solids = PlaceOnGrid(UnitBox(0, 0, 0), UnitBox(3, 0, 0), {});
+  const auto solids = PlaceOnGrid(UnitBox(0, 0, 0), UnitBox(3, 0, 0), {}, RunContext());
   ASSERT_TRUE(solids.ok());
   // From 0 to 4 along x: a step is 2 / kHalf.
   EXPECT_EQ((*solids)[0].points[0].at[0], -kStepsOfHalfBox);
@@ -32,7 +32,7 @@ TEST(GridSolidTest, TheJointBoxFillsTheGrid) {
 }
 
 TEST(GridSolidTest, PartnersLieAcross) {
-  const auto solids = PlaceOnGrid(SphereMesh(2), UnitBox(0, 0, 0), {});
+  const auto solids = PlaceOnGrid(SphereMesh(2), UnitBox(0, 0, 0), {}, RunContext());
   ASSERT_TRUE(solids.ok());
   for (const GridSolid& solid : *solids) {
     ASSERT_EQ(solid.partner.size(), static_cast<size_t>(3 * solid.faces.cols()));
@@ -53,7 +53,8 @@ TEST(GridSolidTest, GrowthMovesFacesOutward) {
   for (const auto& [a, steps] :
        {std::pair(boxes[0], kGrowthSteps), std::pair(boxes[0], -kGrowthSteps),
         std::pair(boxes[0], 1000.0), std::pair(boxes[1], 1000.0)}) {
-    const auto before = PlaceOnGrid(a, b, {}), after = PlaceOnGrid(a, b, {0, steps});
+    const auto before = PlaceOnGrid(a, b, {}, RunContext()),
+               after = PlaceOnGrid(a, b, {0, steps}, RunContext());
     ASSERT_TRUE(before.ok() && after.ok());
     for (int face = 0; face < 12; ++face) {
       const GridTriangle from = (*before)[0].TriangleOf(face), to = (*after)[0].TriangleOf(face);
@@ -66,11 +67,17 @@ TEST(GridSolidTest, GrowthMovesFacesOutward) {
       }
     }
     EXPECT_EQ((*before)[1].points[7].at, (*after)[1].points[7].at);
+    for (size_t v = 0; v < 8; ++v) {
+      const Eigen::Vector3d there = (*after)[0].points[v].position(),
+                            back = (*after)[0].points_otherwise[v].position();
+      EXPECT_LE(((there + back) / 2 - (*before)[0].points[v].position()).lpNorm<1>(), 3);
+    }
   }
 }
 
 TEST(GridSolidTest, ABoxHoldsItsFace) {
-  const auto solids = PlaceOnGrid(Moved(SphereMesh(3), Askew()), UnitBox(5, 5, 5), {});
+  const auto solids =
+      PlaceOnGrid(Moved(SphereMesh(3), Askew()), UnitBox(5, 5, 5), {}, RunContext());
   ASSERT_TRUE(solids.ok());
   const GridSolid& sphere = (*solids)[0];
   for (int face = 0; face < sphere.faces.cols(); ++face) {
@@ -88,7 +95,7 @@ TEST(GridSolidTest, ABoxHoldsItsFace) {
 TEST(GridSolidTest, WhatEnclosesNothingIsNoSolid) {
   TriangleMesh flat = UnitBox(0, 0, 0);
   flat.vertices.row(2).setZero();
-  const auto placed = PlaceOnGrid(UnitBox(0, 0, 0), flat, {});
+  const auto placed = PlaceOnGrid(UnitBox(0, 0, 0), flat, {}, RunContext());
   EXPECT_EQ(placed.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(placed.status().message()),
               HasSubstr("the second shape encloses no volume"));

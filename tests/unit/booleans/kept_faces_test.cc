@@ -18,7 +18,7 @@ struct Cut {
 
 absl::StatusOr<Cut> Keep(const TriangleMesh& a, const TriangleMesh& b, const KeptOutside& outside) {
   Cut cut;
-  cut.solids = PlaceOnGrid(a, b, {}).value();
+  cut.solids = PlaceOnGrid(a, b, {}, RunContext()).value();
   cut.crossings = FindCrossings(cut.solids, RunContext()).value();
   auto kept = KeepFaces(cut.solids, cut.crossings, outside, RunContext());
   if (!kept.ok()) return kept.status();

@@ -39,10 +39,15 @@ TriangleMesh JoinedAlongAnEdge(double neck) {
   return MeshOf(p, t);
 }
 
+// Contacts may be everywhere.
+std::vector<uint8_t> Everywhere(const TriangleMesh& mesh) {
+  return std::vector<uint8_t>(static_cast<size_t>(mesh.vertices.cols()), 1);
+}
+
 TEST(SeparateContactsTest, ANarrowNeckIsTakenApart) {
   const TriangleMesh joined = JoinedAlongAnEdge(kWidth / 4);
   ASSERT_TRUE(Of(joined).closed() && Of(joined).components == 1);
-  const auto apart = SeparateContacts(joined, {}, kWidth, RunContext());
+  const auto apart = SeparateContacts(joined, Everywhere(joined), kWidth, RunContext());
   ASSERT_TRUE(apart.ok());
   EXPECT_TRUE(apart->touched);
   EXPECT_EQ(Of(apart->mesh).components, 2);
@@ -53,20 +58,29 @@ TEST(SeparateContactsTest, ANarrowNeckIsTakenApart) {
 
 TEST(SeparateContactsTest, AWiderOneStays) {
   const TriangleMesh joined = JoinedAlongAnEdge(100 * kWidth);
-  const auto same = SeparateContacts(joined, {}, kWidth, RunContext());
+  const auto same = SeparateContacts(joined, Everywhere(joined), kWidth, RunContext());
   ASSERT_TRUE(same.ok());
   EXPECT_FALSE(same->touched);
   EXPECT_EQ(same->mesh.vertices, joined.vertices);
   EXPECT_EQ(same->mesh.triangles, joined.triangles);
 }
 
+TEST(SeparateContactsTest, OneWhereNothingTouchesStays) {
+  const TriangleMesh joined = JoinedAlongAnEdge(kWidth / 4);
+  const auto same = SeparateContacts(joined, {}, kWidth, RunContext());
+  ASSERT_TRUE(same.ok());
+  EXPECT_FALSE(same->touched);
+  EXPECT_EQ(same->mesh.triangles, joined.triangles);
+}
+
 TEST(SeparateContactsTest, FilmsGo) {
   const TriangleMesh film = BoxMesh({3, 0, 0}, {4, 1, kWidth / 8});
-  const auto left = SeparateContacts(Together(UnitBox(0, 0, 0), film), {}, kWidth, RunContext());
+  const TriangleMesh both = Together(UnitBox(0, 0, 0), film);
+  const auto left = SeparateContacts(both, Everywhere(both), kWidth, RunContext());
   ASSERT_TRUE(left.ok());
   EXPECT_EQ(Of(left->mesh).components, 1);
   EXPECT_NEAR(VolumeOf(left->mesh), 1, 1e-12);
-  const auto nothing = SeparateContacts(film, {}, kWidth, RunContext());
+  const auto nothing = SeparateContacts(film, Everywhere(film), kWidth, RunContext());
   ASSERT_TRUE(nothing.ok());
   EXPECT_EQ(nothing->mesh.triangles.cols(), 0);
 }
@@ -76,7 +90,8 @@ TEST(SeparateContactsTest, StopsWhenAsked) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  const auto made = SeparateContacts(JoinedAlongAnEdge(kWidth / 4), {}, kWidth, context);
+  const TriangleMesh joined = JoinedAlongAnEdge(kWidth / 4);
+  const auto made = SeparateContacts(joined, Everywhere(joined), kWidth, context);
   EXPECT_EQ(made.status().code(), absl::StatusCode::kCancelled);
 }
 

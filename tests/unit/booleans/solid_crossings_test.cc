@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::array<GridSolid, 2> Placed(const TriangleMesh& a, const TriangleMesh& b) {
-  return PlaceOnGrid(a, b, {}).value();
+  return PlaceOnGrid(a, b, {}, RunContext()).value();
 }
 
 // A bar through two faces of a box: its four long edges pass both.
@@ -86,6 +86,29 @@ TEST(SolidCrossingsTest, ASolidWoundTwiceAroundAPlaceIsRefused) {
   const auto found = FindCrossings(Placed(twice, UnitBox(.6, .3, .4)), RunContext());
   EXPECT_EQ(found.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(found.status().message()), HasSubstr("overlaps itself"));
+}
+
+// A corner of a tetrahedron 1e-3 above a box's face touches it only where growing takes it there.
+TEST(SolidCrossingsTest, ContactsAreWhereGrowingDecides) {
+  const TriangleMesh box = UnitBox(0, 0, 0);
+  for (const double gap : {0.0, 1e-3}) {
+    const TriangleMesh tip = MeshOf({{.4, .3, 1 + gap}, {.3, .3, 2}, {.6, .3, 2}, {.4, .7, 2}},
+                                    {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}});
+    const auto grown = PlaceOnGrid(box, tip, {0, kGrowthSteps}, RunContext()).value();
+    const auto found = FindCrossings(grown, RunContext());
+    ASSERT_TRUE(found.ok());
+    const auto contacts = FindContacts(grown, found->all, RunContext());
+    ASSERT_TRUE(contacts.ok());
+    if (gap > 0) {
+      EXPECT_TRUE(contacts->empty());
+      continue;
+    }
+    ASSERT_EQ(contacts->size(), 8 + 4 + found->all.size());
+    // All of the tip, and all crossings; of the box a triangle of the face.
+    EXPECT_EQ(std::count(contacts->begin() + 8, contacts->end(), 1),
+              static_cast<int64_t>(4 + found->all.size()));
+    EXPECT_EQ(std::count(contacts->begin(), contacts->begin() + 8, 1), 3);
+  }
 }
 
 }  // namespace
