@@ -57,8 +57,11 @@ class ConvertTest(WithServer):
     def test_an_open_mesh_stays_open(self):
         vertices, faces = torus(80, 40)
         half = faces[(vertices[faces][:, :, 2] >= 3 - 1e-9).all(axis=1)]
-        surface = rilievo.convert(vertices, half, server=self.server, control_faces=600, max_level=1)
+        surface = rilievo.convert(vertices, half, server=self.server, control_faces=600, max_level=1,
+                                  boundary="exact")
         self.assertEqual(surface.report["boundary_loops"], 2)
+        diagonal = np.linalg.norm(np.ptp(vertices[half.ravel()], axis=0))
+        self.assertLess(abs(surface.vertices()[:, 2].min() - 3), 1e-5 * diagonal)
         self.assertEqual(surface.report["genus"], 0)
 
     def test_the_same_mesh_from_any_array(self):

@@ -52,7 +52,7 @@ class JobsTest(unittest.TestCase):
                                  server=self.server)
         self.assertEqual(surface.to_bytes(), direct.to_bytes())
         with self.assertRaises(TypeError):
-            self.jobs.convert(vertices, faces, boundary="close")
+            self.jobs.convert(vertices, faces, topology="planar")
 
     def test_of_several_servers_another_one_is_asked(self):
         with rilievo.Jobs(f"127.0.0.1:1,{self.server.address},127.0.0.1:2") as jobs:

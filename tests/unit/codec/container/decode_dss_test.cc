@@ -148,9 +148,9 @@ TEST(DecodeDssTest, TellsForeignAndNewerBytesApart) {
   foreign[1] = 'X';
   EXPECT_EQ(DecodeExact(foreign).status().code(), absl::StatusCode::kInvalidArgument);
   std::vector<uint8_t> newer = bytes;
-  newer[8] = 6;
+  newer[8] = 7;
   EXPECT_EQ(DecodeExact(newer).status().code(), absl::StatusCode::kUnimplemented);
-  EXPECT_THAT(DecodeExact(newer).status().message(), HasSubstr("version 6"));
+  EXPECT_THAT(DecodeExact(newer).status().message(), HasSubstr("version 7"));
   bytes.push_back(0);
   EXPECT_EQ(DecodeExact(bytes).status().code(), absl::StatusCode::kDataLoss);
 }

@@ -192,6 +192,14 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
   EXPECT_EQ(Faults(all).size(), cases.size() + 1) << "all faults are told at once";
 }
 
+TEST(ParseHeader, TheBorderOfAMeshAloneIsExact) {
+  v1::ReconstructHeader header = ValidHeader();
+  header.mutable_options()->mutable_control()->set_boundary(v1::BOUNDARY_EXACT);
+  EXPECT_THAT(Faults(header), ::testing::ElementsAre("header.options.control.boundary"));
+  header.set_triangle_count(1000);
+  EXPECT_EQ(Parse(header).options.control.boundary, BoundaryRule::kExact);
+}
+
 TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
   v1::ReconstructHeader low = ValidHeader(), high = ValidHeader();
   const auto fill = [](v1::ReconstructOptions* o, bool top) {
