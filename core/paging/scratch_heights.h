@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ class ScratchHeights : public FaceHeights {
   // `control` is kept by reference. The errors of ScratchFile, and of CheckRoom() for all heights.
   static absl::StatusOr<ScratchHeights> Create(const ScratchFolder& folder,
                                                const MeshTopology& control, int level);
+
+  size_t vertices_of_face() const { return count_; }
 
   // Of one face, in the order of FaceVertices::Of; each face once, in any order.
   absl::Status Write(int face, const std::vector<float>& heights,

@@ -19,14 +19,13 @@ std::span<const uint8_t> BytesOf(const std::vector<Surfel>& surfels) {
   return {reinterpret_cast<const uint8_t*>(surfels.data()), surfels.size() * sizeof(Surfel)};
 }
 
-// A checksum does not tell who wrote the bytes.
+}  // namespace
+
 bool IsPossible(const Surfel& surfel) {
   const auto& [x, y, z] = surfel.normal;
   return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) &&
          std::isfinite(surfel.spacing) && std::isfinite(surfel.noise);
 }
-
-}  // namespace
 
 absl::StatusOr<ScratchSurfels> ScratchSurfels::Create(const PagedScan& scan) {
   RILIEVO_ASSIGN_OR_RETURN(
@@ -50,6 +49,7 @@ absl::StatusOr<std::set<int>> ScratchSurfels::Adopt(const std::map<int, uint64_t
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
                              blocks_.Adopt(page, surfels.size() * sizeof(Surfel)));
     std::memcpy(surfels.data(), bytes.data(), bytes.size());
+    // A checksum does not tell who wrote the bytes.
     if (Crc32c(bytes) == sum && std::all_of(surfels.begin(), surfels.end(), IsPossible)) {
       there.insert(page);
     }

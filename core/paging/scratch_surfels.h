@@ -24,6 +24,9 @@ struct Surfel {
   bool is_of_surface() const { return spacing > 0; }
 };
 
+// Whether its numbers are any, as those of bytes that were read may not be.
+bool IsPossible(const Surfel& surfel);
+
 // One for each point, page by page. 20 bytes a point on disk.
 class ScratchSurfels {
  public:

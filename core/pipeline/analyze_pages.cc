@@ -9,6 +9,7 @@
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/paging/part_journal.h"
+#include "core/paging/saved_value.h"
 #include "core/pipeline/analyze_block.h"
 
 namespace rilievo {
@@ -30,6 +31,10 @@ struct PageRun {
   int begin = 0, end = 0;
   std::vector<int> read;
 };
+
+int64_t PointsOfRun(const PageRun& run, int64_t size) {
+  return std::min(size, int64_t{run.end} * kPagePoints) - int64_t{run.begin} * kPagePoints;
+}
 
 // The pages of a scan in runs, each of which is read with its halo.
 class PageRuns {
@@ -171,23 +176,43 @@ absl::StatusOr<int64_t> PointsOfSurface(const PagedScan& scan, const ScratchSurf
 
 absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurface& coarse,
                                            int64_t part_points, const ReconstructOptions& options,
-                                           const std::function<void(double)>& told,
-                                           const RunContext& context) {
+                                           const PartsRun& run, const RunContext& context) {
   const double halo = kAnalysisHalo * coarse.cloud.median_spacing * coarse.frame.diagonal;
   const PageRuns cutter(scan, halo);
+  const std::vector<PageRun> runs = cutter.Cut(part_points);
   RILIEVO_ASSIGN_OR_RETURN(ScratchSurfels surfels, ScratchSurfels::Create(scan));
   RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(scan.scratch_folder(), "known"));
   RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, surfels.Adopt(journal.finished()));
-  for (const PageRun& run : cutter.Cut(part_points)) {
-    told(static_cast<double>(run.begin) / static_cast<double>(scan.pages().size()));
-    bool done = true;
-    for (int page = run.begin; page < run.end; ++page) done = done && there.count(page) != 0;
-    if (done) continue;
-    RILIEVO_ASSIGN_OR_RETURN(RunPoints read, ReadRun(scan, cutter, run, coarse.frame, context));
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Surfel> of_run,
+  PartsOfStep parts{.step = PartStep::kSurfels, .count = static_cast<int>(runs.size())};
+  parts.is_there = [&](int part) {
+    for (int page = runs[part].begin; page < runs[part].end; ++page) {
+      if (there.count(page) == 0) return false;
+    }
+    return true;
+  };
+  parts.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
+    RILIEVO_ASSIGN_OR_RETURN(RunPoints read,
+                             ReadRun(scan, cutter, runs[part], coarse.frame, context));
+    RILIEVO_ASSIGN_OR_RETURN(std::vector<Surfel> found,
                              SurfelsOf(read.points, scan.size(), coarse, options, context));
-    auto next = of_run.begin() + static_cast<std::ptrdiff_t>(read.first);
-    for (int page = run.begin; page < run.end; ++page) {
+    found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(read.first));
+    found.resize(static_cast<size_t>(PointsOfRun(runs[part], scan.size())));
+    ValueWriter writer;
+    writer(found);
+    return std::move(writer.bytes);
+  };
+  parts.take = [&](int part, std::span<const uint8_t> bytes) -> absl::Status {
+    std::vector<Surfel> of_run;
+    ValueReader reader(bytes);
+    reader(of_run);
+    const PageRun& pages = runs[part];
+    if (!reader.Finished() ||
+        static_cast<int64_t>(of_run.size()) != PointsOfRun(pages, scan.size()) ||
+        !std::all_of(of_run.begin(), of_run.end(), IsPossible)) {
+      return NotOfPart(PartStep::kSurfels, part);
+    }
+    auto next = of_run.begin();
+    for (int page = pages.begin; page < pages.end; ++page) {
       const auto begin = next;
       next += static_cast<std::ptrdiff_t>(PointsOfPage(page, scan.size()));
       RILIEVO_ASSIGN_OR_RETURN(const uint64_t sum,
@@ -195,7 +220,9 @@ absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurf
       RILIEVO_RETURN_IF_ERROR(journal.Add(page, sum));
     }
     ReleaseToOsAfter(scan.size());
-  }
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(parts, run));
   RILIEVO_ASSIGN_OR_RETURN(const int64_t count, PointsOfSurface(scan, surfels, context));
   return AnalyzedPages{std::move(surfels), count};
 }

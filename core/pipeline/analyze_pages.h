@@ -3,13 +3,13 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <functional>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/paging/paged_scan.h"
 #include "core/paging/scratch_surfels.h"
 #include "core/pipeline/reconstruct.h"
+#include "core/pipeline/run_parts.h"
 #include "core/points/oriented_cloud.h"
 #include "core/scan/scan_surface.h"
 
@@ -23,12 +23,11 @@ struct AnalyzedPages {
 // `coarse`: the thinned scan, whose sides all points take. Runs of pages are analyzed as scans of
 // their own, each with the points in a halo around it, which lie in pages of at most `part_points`
 // points, as far as halving the run helps; so what is found depends on the points and on
-// `part_points` alone. `told`: of the share that is done. Where a scratch folder keeps its files,
-// what an earlier run has found there is not looked for again.
+// `part_points` alone. Where a scratch folder keeps its files, what an earlier run has found there
+// is not looked for again.
 absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurface& coarse,
                                            int64_t part_points, const ReconstructOptions& options,
-                                           const std::function<void(double)>& told,
-                                           const RunContext& context);
+                                           const PartsRun& run, const RunContext& context);
 
 // The points of a scan on disk, with what is known of them.
 struct KnownPoints {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/option_lengths.h"
 #include "core/pipeline/pages_to_thin.h"
+#include "core/pipeline/run_parts.h"
 #include "core/pipeline/shape_input.h"
 #include "core/surface/stored_surface.h"
 
@@ -157,11 +159,10 @@ void VisitCoarse(Archive& archive, Surface& coarse) {
   archive(surface.sources);
 }
 
-absl::Status SaveCoarse(const CoarseSurface& coarse, const ScratchFolder& folder) {
-  if (!folder.keeps()) return absl::OkStatus();
+std::vector<uint8_t> Saved(const CoarseSurface& coarse) {
   ValueWriter writer;
   VisitCoarse(writer, coarse);
-  return folder.Save(kCoarseName, writer.bytes);
+  return std::move(writer.bytes);
 }
 
 bool IsWholeMesh(const ControlMesh& mesh) {
@@ -201,19 +202,49 @@ bool IsConsistent(const CoarseSurface& coarse) {
                      [](float height) { return std::isfinite(height); });
 }
 
-absl::StatusOr<std::optional<CoarseSurface>> FindCoarse(const ScratchFolder& folder,
-                                                        const ReconstructOptions& given) {
-  const std::optional<std::vector<uint8_t>> saved = folder.Load(kCoarseName);
-  if (!saved) return std::nullopt;
+// Unset where the bytes are not those of one.
+absl::StatusOr<std::optional<CoarseSurface>> CoarseOf(std::span<const uint8_t> bytes,
+                                                      const ReconstructOptions& given) {
   CoarseSurface coarse = NoSurface();
   coarse.options = given;
-  ValueReader reader(*saved);
+  ValueReader reader(bytes);
   VisitCoarse(reader, coarse);
   if (!reader.Finished() || !IsConsistent(coarse)) return std::nullopt;
   RILIEVO_ASSIGN_OR_RETURN(coarse.options,
                            WithoutLengths(std::move(coarse.options), coarse.scan.frame.diagonal));
   coarse.sampled.surface.frame = coarse.scan.frame;
   return coarse;
+}
+
+absl::StatusOr<CoarseSurface> ShapeForAll(const PagedScan& pages, int64_t coarse_points,
+                                          const ReconstructOptions& given, SharedParts* shared,
+                                          const PipelineContext& context) {
+  std::optional<CoarseSurface> coarse;
+  PartsOfStep step{.step = PartStep::kCoarse, .count = 1};
+  step.make = [&](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
+    RILIEVO_ASSIGN_OR_RETURN(const CoarseSurface made,
+                             ShapeThinned(pages, coarse_points, given, context));
+    return Saved(made);
+  };
+  step.take = [&](int part, std::span<const uint8_t> bytes) -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(coarse, CoarseOf(bytes, given));
+    return coarse ? absl::OkStatus() : NotOfPart(PartStep::kCoarse, part);
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
+  return *std::move(coarse);
+}
+
+absl::StatusOr<CoarseSurface> FindOrShape(const PagedScan& pages, int64_t coarse_points,
+                                          const ReconstructOptions& given,
+                                          const PipelineContext& context) {
+  const ScratchFolder& folder = pages.scratch_folder();
+  if (const auto saved = folder.Load(kCoarseName)) {
+    RILIEVO_ASSIGN_OR_RETURN(std::optional<CoarseSurface> found, CoarseOf(*saved, given));
+    if (found) return *std::move(found);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(CoarseSurface made, ShapeThinned(pages, coarse_points, given, context));
+  if (folder.keeps()) RILIEVO_RETURN_IF_ERROR(folder.Save(kCoarseName, Saved(made)));
+  return made;
 }
 
 }  // namespace
@@ -247,19 +278,17 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
 }
 
 absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coarse_points,
-                                            const ReconstructOptions& given,
+                                            const ReconstructOptions& given, SharedParts* shared,
                                             const PipelineContext& context) {
-  const ScratchFolder& folder = pages.scratch_folder();
-  RILIEVO_ASSIGN_OR_RETURN(std::optional<CoarseSurface> coarse, FindCoarse(folder, given));
-  if (!coarse) {
-    RILIEVO_ASSIGN_OR_RETURN(coarse, ShapeThinned(pages, coarse_points, given, context));
-    RILIEVO_RETURN_IF_ERROR(SaveCoarse(*coarse, folder));
-  }
+  RILIEVO_ASSIGN_OR_RETURN(CoarseSurface coarse,
+                           shared != nullptr
+                               ? ShapeForAll(pages, coarse_points, given, shared, context)
+                               : FindOrShape(pages, coarse_points, given, context));
   // Of points equally far off it depends on the index which is nearest: it is made in one way.
-  ScanSurface& scan = coarse->scan;
+  ScanSurface& scan = coarse.scan;
   scan.graph = NeighborGraph();
   RILIEVO_ASSIGN_OR_RETURN(scan.index, PointIndex::BuildOver(scan.cloud.points, context));
-  return *std::move(coarse);
+  return coarse;
 }
 
 }  // namespace rilievo

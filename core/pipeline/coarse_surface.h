@@ -6,6 +6,7 @@
 #include "absl/status/statusor.h"
 #include "core/control/build_control_mesh.h"
 #include "core/paging/paged_scan.h"
+#include "core/paging/shared_parts.h"
 #include "core/pipeline/pages_to_thin.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/sample_heights.h"
@@ -29,9 +30,10 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
                                            const PipelineContext& context, PointMedians* medians);
 
 // All steps on the thinned points up to their heights. In a scratch folder that keeps its files the
-// result is saved, and found there again.
+// result is saved, and found there again. Of processes that share the run one does it for all;
+// `shared` may be null.
 absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coarse_points,
-                                            const ReconstructOptions& given,
+                                            const ReconstructOptions& given, SharedParts* shared,
                                             const PipelineContext& context);
 
 }  // namespace rilievo

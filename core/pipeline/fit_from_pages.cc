@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -37,73 +38,99 @@ std::optional<DomainFit> FindFit(const ScratchFolder& folder, const DomainFit& s
   return fits ? std::optional(std::move(fit)) : std::nullopt;
 }
 
-// Fits one part after the other.
-class FitOfParts {
- public:
-  FitOfParts(const KnownPoints& points, const FaceParts& parts, const PartCutter& cutter,
-             const DomainFit& start, const FitOptions& options)
-      : points_(points),
-        parts_(parts),
-        cutter_(cutter),
-        options_(options),
-        fit_(start),
-        taken_(static_cast<size_t>(cutter.topology().vertex_count), 0) {}
+// The three corners of each of a part's faces, one after the other; none where there are no points.
+struct FitOfPart {
+  Eigen::Matrix3Xd corners;
+  double squares = 0, points = 0;  // of the points' offsets
+};
 
-  // Moves the control points of the part's faces that no part before has taken.
-  absl::Status Fit(const FacePart& part, const RunContext& context) {
-    const SubMesh sub = cutter_.Cut(part.faces, kRingsAround);
-    RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
-                             CloudIn(parts_.ReachOf(sub.faces), points_, context));
-    if (cloud.points.cols() == 0) return absl::OkStatus();
-    RILIEVO_ASSIGN_OR_RETURN(const PointIndex index, PointIndex::BuildOver(cloud.points, context));
-    RILIEVO_ASSIGN_OR_RETURN(const DomainFit fit,
-                             FitLoopDomain(cloud, index, sub.mesh, options_, context));
-    const auto count = static_cast<double>(cloud.points.cols());
-    squares_ += count * fit.rms_after * fit.rms_after;
-    fitted_points_ += count;
-    for (const int inner : PlacesOf(part.faces, sub.faces)) {
-      for (int k = 0; k < 3; ++k) {
-        const int v = cutter_.topology().faces(k, sub.faces[inner]);
-        if (taken_[v] != 0) continue;
-        taken_[v] = 1;
-        fit_.control_mesh.vertices.col(v) = fit.control_mesh.vertices.col(sub.mesh.faces(k, inner));
+template <typename Archive, typename Fit>
+void VisitFitOfPart(Archive& archive, Fit& fit) {
+  archive(fit.corners);
+  archive(fit.squares);
+  archive(fit.points);
+}
+
+bool IsFitOf(const FitOfPart& fit, size_t faces) {
+  const auto columns = static_cast<size_t>(fit.corners.cols());
+  return (columns == 0 || columns == 3 * faces) && fit.corners.allFinite() &&
+         std::isfinite(fit.squares) && std::isfinite(fit.points) && fit.points >= 0;
+}
+
+absl::StatusOr<FitOfPart> FitPart(const FacePart& part, const KnownPoints& points,
+                                  const FaceParts& parts, const PartCutter& cutter,
+                                  const FitOptions& options, const RunContext& context) {
+  const SubMesh sub = cutter.Cut(part.faces, kRingsAround);
+  RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
+                           CloudIn(parts.ReachOf(sub.faces), points, context));
+  if (cloud.points.cols() == 0) return FitOfPart();
+  RILIEVO_ASSIGN_OR_RETURN(const PointIndex index, PointIndex::BuildOver(cloud.points, context));
+  RILIEVO_ASSIGN_OR_RETURN(const DomainFit fit,
+                           FitLoopDomain(cloud, index, sub.mesh, options, context));
+  const auto count = static_cast<double>(cloud.points.cols());
+  FitOfPart found{{}, count * fit.rms_after * fit.rms_after, count};
+  found.corners.resize(3, static_cast<Eigen::Index>(3 * part.faces.size()));
+  Eigen::Index column = 0;
+  for (const int inner : PlacesOf(part.faces, sub.faces)) {
+    for (const int v : sub.mesh.faces.col(inner)) {
+      found.corners.col(column++) = fit.control_mesh.vertices.col(v);
+    }
+  }
+  return found;
+}
+
+// A control point between parts is that of the first one.
+DomainFit Assembled(const DomainFit& start, const std::vector<FacePart>& parts,
+                    const std::vector<FitOfPart>& fits, const MeshTopology& topology) {
+  DomainFit whole = start;
+  std::vector<uint8_t> taken(static_cast<size_t>(topology.vertex_count), 0);
+  double squares = 0, points = 0;
+  for (size_t p = 0; p < parts.size(); ++p) {
+    if (fits[p].corners.cols() == 0) continue;
+    squares += fits[p].squares;
+    points += fits[p].points;
+    Eigen::Index column = 0;
+    for (const int f : parts[p].faces) {
+      for (const int v : topology.faces.col(f)) {
+        const Eigen::Index corner = column++;
+        if (taken[v] != 0) continue;
+        taken[v] = 1;
+        whole.control_mesh.vertices.col(v) = fits[p].corners.col(corner);
       }
     }
-    return absl::OkStatus();
   }
-
-  DomainFit Finish() {
-    if (fitted_points_ > 0) fit_.rms_after = std::sqrt(squares_ / fitted_points_);
-    return std::move(fit_);
-  }
-
- private:
-  const KnownPoints& points_;
-  const FaceParts& parts_;
-  const PartCutter& cutter_;
-  const FitOptions& options_;
-  DomainFit fit_;
-  std::vector<uint8_t> taken_;              // by control point
-  double squares_ = 0, fitted_points_ = 0;  // of the points' offsets
-};
+  if (points > 0) whole.rms_after = std::sqrt(squares / points);
+  return whole;
+}
 
 }  // namespace
 
 absl::StatusOr<DomainFit> FitFromPages(const KnownPoints& points, const FaceParts& parts,
                                        const PartCutter& cutter, const DomainFit& start,
-                                       const FitOptions& options,
-                                       const std::function<void(double)>& told,
+                                       const FitOptions& options, const PartsRun& run,
                                        const RunContext& context) {
   const ScratchFolder& folder = points.scan.scratch_folder();
   if (std::optional<DomainFit> found = FindFit(folder, start)) return *std::move(found);
-  FitOfParts of_parts(points, parts, cutter, start, options);
-  double done = 0;
-  for (const FacePart& part : parts.parts()) {
-    told(done++ / static_cast<double>(parts.parts().size()));
-    RILIEVO_RETURN_IF_ERROR(of_parts.Fit(part, context));
+  const std::vector<FacePart>& face_parts = parts.parts();
+  std::vector<FitOfPart> fits(face_parts.size());
+  PartsOfStep of_step{.step = PartStep::kFit, .count = static_cast<int>(face_parts.size())};
+  of_step.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
+    RILIEVO_ASSIGN_OR_RETURN(const FitOfPart found,
+                             FitPart(face_parts[part], points, parts, cutter, options, context));
+    ValueWriter writer;
+    VisitFitOfPart(writer, found);
+    return std::move(writer.bytes);
+  };
+  of_step.take = [&](int part, std::span<const uint8_t> bytes) {
+    ValueReader reader(bytes);
+    VisitFitOfPart(reader, fits[part]);
     ReleaseToOsAfter(points.scan.size());
-  }
-  DomainFit fit = of_parts.Finish();
+    return reader.Finished() && IsFitOf(fits[part], face_parts[part].faces.size())
+               ? absl::OkStatus()
+               : NotOfPart(PartStep::kFit, part);
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run));
+  DomainFit fit = Assembled(start, face_parts, fits, cutter.topology());
   if (folder.keeps()) {
     ValueWriter writer;
     VisitFit(writer, fit);

@@ -1,8 +1,11 @@
 #include "core/pipeline/heights_from_pages.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -14,6 +17,7 @@
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 #include "core/paging/part_journal.h"
+#include "core/paging/saved_value.h"
 
 namespace rilievo {
 namespace {
@@ -24,22 +28,37 @@ struct Part {
   std::vector<int> inner;  // faces of `sub` that are the part itself, ascending
 };
 
-absl::Status WritePart(const Part& part, const FaceVertices& vertices,
-                       const DisplacementField& field, ScratchHeights* heights) {
-  std::vector<int> of_face;
-  std::vector<float> of_vertex;
+// Of all vertices of the part's faces, face by face.
+struct HeightsOfPart {
+  std::vector<float> heights;
   std::vector<HeightSource> sources;
+};
+
+template <typename Archive, typename Heights>
+void VisitHeights(Archive& archive, Heights& of_part) {
+  archive(of_part.heights);
+  archive(of_part.sources);
+}
+
+HeightsOfPart HeightsOf(const Part& part, const FaceVertices& vertices,
+                        const DisplacementField& field) {
+  HeightsOfPart found;
+  std::vector<int> of_face;
   for (const int f : part.inner) {
     vertices.Of(f, of_face);
-    of_vertex.clear();
-    sources.clear();
     for (const int v : of_face) {
-      of_vertex.push_back(field.heights[v]);
-      sources.push_back(field.source[v]);
+      found.heights.push_back(field.heights[v]);
+      found.sources.push_back(field.source[v]);
     }
-    RILIEVO_RETURN_IF_ERROR(heights->Write(part.sub.faces[f], of_vertex, sources));
   }
-  return absl::OkStatus();
+  return found;
+}
+
+bool AreHeights(const HeightsOfPart& found, size_t count) {
+  return found.heights.size() == count && found.sources.size() == count &&
+         AreSources(found.sources) &&
+         std::all_of(found.heights.begin(), found.heights.end(),
+                     [](float height) { return std::isfinite(height); });
 }
 
 DisplacementField NoHeights(int64_t vertices) {
@@ -49,9 +68,9 @@ DisplacementField NoHeights(int64_t vertices) {
   return field;
 }
 
-absl::Status MeasureFaces(const Part& part, const OrientedCloud& cloud, int level,
-                          const DisplacementOptions& options, const RunContext& context,
-                          ScratchHeights* heights) {
+absl::StatusOr<HeightsOfPart> MeasureFaces(const Part& part, const OrientedCloud& cloud, int level,
+                                           const DisplacementOptions& options,
+                                           const RunContext& context) {
   const ControlMesh& mesh = part.sub.mesh;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
@@ -64,7 +83,7 @@ absl::Status MeasureFaces(const Part& part, const OrientedCloud& cloud, int leve
     RILIEVO_ASSIGN_OR_RETURN(field,
                              SampleDisplacement(cloud, refinement, rings, limit, options, context));
   }
-  return WritePart(part, FaceVertices(refinement.levels.front(), level), field, heights);
+  return HeightsOf(part, FaceVertices(refinement.levels.front(), level), field);
 }
 
 // Parts that an earlier run has finished, and whose heights are as they were.
@@ -83,31 +102,50 @@ std::set<int> PartsThatAreThere(const PartJournal& journal, const std::vector<Fa
 
 }  // namespace
 
-absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(const KnownPoints& points,
-                                                       const FaceParts& parts,
-                                                       const PartCutter& cutter, int level,
-                                                       const DisplacementOptions& options,
-                                                       const std::function<void(double)>& told,
-                                                       const RunContext& context) {
+absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
+    const KnownPoints& points, const FaceParts& parts, const PartCutter& cutter, int level,
+    const DisplacementOptions& options, const PartsRun& run, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(
       ScratchHeights heights,
       ScratchHeights::Create(points.scan.scratch_folder(), cutter.topology(), level));
   RILIEVO_ASSIGN_OR_RETURN(PartJournal journal,
                            PartJournal::Open(points.scan.scratch_folder(), "parts"));
   const std::set<int> there = PartsThatAreThere(journal, parts.parts(), heights);
-  size_t done = there.size();
-  for (size_t p = 0; p < parts.parts().size(); ++p) {
-    told(static_cast<double>(done) / static_cast<double>(parts.parts().size()));
-    if (there.count(static_cast<int>(p)) != 0) continue;
-    const FacePart& face_part = parts.parts()[p];
+  PartsOfStep of_step{.step = PartStep::kHeights, .count = static_cast<int>(parts.parts().size())};
+  of_step.is_there = [&](int part) { return there.count(part) != 0; };
+  of_step.make = [&](int number) -> absl::StatusOr<std::vector<uint8_t>> {
+    const FacePart& face_part = parts.parts()[number];
     RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud, CloudIn(face_part.box, points, context));
     Part part{cutter.Cut(parts.FacesIn(face_part.box), 0), {}};
     part.inner = PlacesOf(face_part.faces, part.sub.faces);
-    RILIEVO_RETURN_IF_ERROR(MeasureFaces(part, cloud, level, options, context, &heights));
-    RILIEVO_RETURN_IF_ERROR(journal.Add(static_cast<int>(p), 0));
+    RILIEVO_ASSIGN_OR_RETURN(const HeightsOfPart found,
+                             MeasureFaces(part, cloud, level, options, context));
+    ValueWriter writer;
+    VisitHeights(writer, found);
+    return std::move(writer.bytes);
+  };
+  of_step.take = [&](int number, std::span<const uint8_t> bytes) -> absl::Status {
+    const std::vector<int>& faces = parts.parts()[number].faces;
+    HeightsOfPart found;
+    ValueReader reader(bytes);
+    VisitHeights(reader, found);
+    const size_t each = heights.vertices_of_face();
+    if (!reader.Finished() || !AreHeights(found, faces.size() * each)) {
+      return NotOfPart(PartStep::kHeights, number);
+    }
+    for (size_t f = 0; f < faces.size(); ++f) {
+      const auto at = static_cast<std::ptrdiff_t>(f * each);
+      const auto end = at + static_cast<std::ptrdiff_t>(each);
+      RILIEVO_RETURN_IF_ERROR(
+          heights.Write(faces[f], {found.heights.begin() + at, found.heights.begin() + end},
+                        {found.sources.begin() + at, found.sources.begin() + end}));
+    }
+    RILIEVO_RETURN_IF_ERROR(journal.Add(number, 0));
     ReleaseToOsAfter(points.scan.size());
-    ++done;
-  }
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run));
+  if (run.shared != nullptr && !run.shared->leads()) return heights;
   RILIEVO_RETURN_IF_ERROR(heights.Finish());
   return heights;
 }

@@ -212,19 +212,20 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
 }
 
 absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes& sizes,
-                                        const ReconstructOptions& given, const RunContext& caller) {
+                                        const ReconstructOptions& given, SharedParts* shared,
+                                        const RunContext& caller) {
   const auto start = Clock::now();
   StageSeconds seconds{};
   const PipelineContext context{caller, &seconds, pages.size()};
   RILIEVO_ASSIGN_OR_RETURN(CoarseSurface coarse,
-                           ShapeCoarsely(pages, sizes.coarse_points, given, context));
+                           ShapeCoarsely(pages, sizes.coarse_points, given, shared, context));
   const ScanFigures figures = coarse.scan.figures;
   RILIEVO_ASSIGN_OR_RETURN(std::string hash, HashOfPages(pages, context));
   DssMetadata metadata =
       MetadataOf(std::move(hash), coarse.control.topology, coarse.options, context, sizes);
   metadata.scan_points = pages.figures().points_in;
   RILIEVO_ASSIGN_OR_RETURN(FinishedSurface finished,
-                           FinishFromPages(pages, sizes, metadata, context, &coarse));
+                           FinishFromPages(pages, sizes, metadata, shared, context, &coarse));
   ReconstructReport report = ReportOf(figures, coarse.control, finished, coarse.options);
   report.non_finite = pages.figures().non_finite;
   report.duplicates = pages.figures().duplicates;
@@ -253,10 +254,23 @@ absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
 
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,
-                                                const RunContext& context) {
+                                                const RunContext& context, SharedParts* shared) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(sizes.Validate());
-  return Safely([&] { return RunPaged(scan, sizes, options, context); });
+  return Safely([&] { return RunPaged(scan, sizes, options, shared, context); });
+}
+
+absl::Status HelpWithParts(const PagedScan& scan, const PartSizes& sizes,
+                           const ReconstructOptions& options, const RunContext& context,
+                           SharedParts* shared) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(sizes.Validate());
+  return Safely([&]() -> absl::Status {
+    const PipelineContext of_run{context, nullptr, scan.size()};
+    RILIEVO_ASSIGN_OR_RETURN(CoarseSurface coarse,
+                             ShapeCoarsely(scan, sizes.coarse_points, options, shared, of_run));
+    return HelpFromPages(scan, sizes, shared, of_run, &coarse);
+  });
 }
 
 }  // namespace rilievo

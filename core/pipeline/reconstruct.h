@@ -17,6 +17,7 @@
 #include "core/geometry/scan_place.h"
 #include "core/meshes/check_mesh.h"
 #include "core/paging/paged_scan.h"
+#include "core/paging/shared_parts.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/displaced_surface.h"
 #include "core/surface/measure_error.h"
@@ -128,9 +129,15 @@ inline constexpr int kFilesOfParts = 8;
 // block_vertices is coded and measured in blocks (code_stored_surface.h); its heights are in the
 // bytes alone, not in Reconstruction::surface. The errors that are asked for and stated are those
 // against all points. INVALID_ARGUMENT besides where the
-// options ask for what only points in memory tell.
+// options ask for what only points in memory tell. `shared`: where other processes have the same
+// pages, sizes, options and seed, and do some of the parts; the bytes are the same.
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,
-                                                const RunContext& context);
+                                                const RunContext& context,
+                                                SharedParts* shared = nullptr);
+// Does parts of such a run until all are done; the surface is left to the process that leads.
+absl::Status HelpWithParts(const PagedScan& scan, const PartSizes& sizes,
+                           const ReconstructOptions& options, const RunContext& context,
+                           SharedParts* shared);
 
 }  // namespace rilievo

@@ -47,15 +47,16 @@ struct MeasuredPages {
 absl::StatusOr<MeasuredPages> MeasurePages(const PagedScan& pages, const PartSizes& sizes,
                                            const ScanSurface& thinned,
                                            const DisplacedSurface& coarse, const PartCutter& cutter,
-                                           const ReconstructOptions& options,
+                                           const ReconstructOptions& options, SharedParts* shared,
                                            const PipelineContext& context, Domain* domain,
                                            StoredSurface* stored) {
   constexpr double kAnalyzed = 0.55, kFitted = 0.65;  // of the time
   const StageScope scope(Stage::kDisplacement, context);
-  const auto told = [&context](double from, double to) {
-    return [&context, from, to](double share) {
+  const auto told = [&context, shared](double from, double to) {
+    const auto tell = [&context, from, to](double share) {
       context.Report(Stage::kDisplacement, from + (to - from) * share);
     };
+    return PartsRun{tell, shared};
   };
   const PipelineContext silent = context.Silent();
   RILIEVO_ASSIGN_OR_RETURN(
@@ -77,24 +78,40 @@ absl::StatusOr<MeasuredPages> MeasurePages(const PagedScan& pages, const PartSiz
   return MeasuredPages{std::move(analyzed), std::move(heights)};
 }
 
+// The coarse surface, to be measured at another level.
+absl::StatusOr<StoredSurface> BeginStored(const PagedScan& pages, const CoarseSurface& coarse) {
+  const DisplacedSurface& surface = coarse.sampled.surface;
+  StoredSurface stored{surface.frame, surface.control_mesh};
+  RILIEVO_ASSIGN_OR_RETURN(stored.max_level,
+                           LevelFor(coarse.options, pages.size(), coarse.all_points.spacing,
+                                    coarse.all_points.noise, stored.control_mesh.faces.cols()));
+  return stored;
+}
+
 }  // namespace
 
+absl::Status HelpFromPages(const PagedScan& pages, const PartSizes& sizes, SharedParts* shared,
+                           const PipelineContext& context, CoarseSurface* coarse) {
+  RILIEVO_ASSIGN_OR_RETURN(StoredSurface stored, BeginStored(pages, *coarse));
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
+  return MeasurePages(pages, sizes, coarse->scan, coarse->sampled.surface, cutter, coarse->options,
+                      shared, context, &coarse->sampled.domain, &stored)
+      .status();
+}
+
 absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const PartSizes& sizes,
-                                                const DssMetadata& metadata,
+                                                const DssMetadata& metadata, SharedParts* shared,
                                                 const PipelineContext& context,
                                                 CoarseSurface* coarse) {
+  RILIEVO_ASSIGN_OR_RETURN(StoredSurface stored, BeginStored(pages, *coarse));
   const ReconstructOptions& options = coarse->options;
   ScanSurface scan = std::move(coarse->scan);
   SampledSurface sampled = std::move(coarse->sampled);
   DisplacedSurface& surface = sampled.surface;
-  StoredSurface stored{surface.frame, surface.control_mesh};
-  RILIEVO_ASSIGN_OR_RETURN(stored.max_level,
-                           LevelFor(options, pages.size(), coarse->all_points.spacing,
-                                    coarse->all_points.noise, stored.control_mesh.faces.cols()));
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
   RILIEVO_ASSIGN_OR_RETURN(const MeasuredPages measured,
-                           MeasurePages(pages, sizes, scan, surface, cutter, options, context,
-                                        &sampled.domain, &stored));
+                           MeasurePages(pages, sizes, scan, surface, cutter, options, shared,
+                                        context, &sampled.domain, &stored));
   surface.control_mesh = stored.control_mesh;
   stored.heights = &measured.heights;
   stored.source_counts = measured.heights.source_counts();

@@ -29,7 +29,7 @@ absl::StatusOr<AnalyzedPages> AnalyzeAgain(const PagedScan& scan, const PartSize
   RILIEVO_ASSIGN_OR_RETURN(thinned.index, PointIndex::BuildOver(thinned.cloud.points, context));
   *frame = thinned.frame;
   const auto told = [&context](double share) { context.Report(Stage::kNormals, share); };
-  return AnalyzePages(scan, thinned, sizes.part_points, options, told, context.Silent());
+  return AnalyzePages(scan, thinned, sizes.part_points, options, {told}, context.Silent());
 }
 
 }  // namespace

@@ -1,0 +1,47 @@
+// A run by parts that several processes share: who does which part, and what came of it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace rilievo {
+
+// The steps of a run whose parts are functions of the pages, the options and what earlier steps
+// have found, and of nothing else: whoever does them, their bytes are the same. Their numbers are
+// kept by stores.
+enum class PartStep {
+  kCoarse = 0,  // one part: the surface of the thinned points
+  kSurfels,     // normals, spacings and noise, by run of pages
+  kFit,         // control points, by control faces
+  kHeights,     // heights, by control faces
+};
+inline constexpr int kPartSteps = 4;
+
+// Used by one thread. An error ends the run: CANCELLED once nobody waits for it any longer.
+class SharedParts {
+ public:
+  virtual ~SharedParts() = default;
+
+  // Whether this process goes on to the surface once all parts are done; the others only help.
+  virtual bool leads() const = 0;
+
+  struct Turn {
+    std::optional<int> part;  // to be done by this process; unset: all are done
+    int done = 0;             // by all processes
+  };
+  // Waits while others do what is left of the `count` parts.
+  virtual absl::StatusOr<Turn> Next(PartStep step, int count) = 0;
+
+  // What came of the part that Next() gave.
+  virtual absl::Status Keep(PartStep step, int part, std::span<const uint8_t> bytes) = 0;
+
+  // What came of a part that is done.
+  virtual absl::StatusOr<std::vector<uint8_t>> Fetch(PartStep step, int part) = 0;
+};
+
+}  // namespace rilievo

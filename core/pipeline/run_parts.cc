@@ -1,0 +1,49 @@
+#include "core/pipeline/run_parts.h"
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+absl::Status RunAlone(const PartsOfStep& parts, const std::function<void(double)>& told) {
+  for (int part = 0; part < parts.count; ++part) {
+    told(static_cast<double>(part) / parts.count);
+    if (parts.is_there && parts.is_there(part)) continue;
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, parts.make(part));
+    RILIEVO_RETURN_IF_ERROR(parts.take(part, bytes));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run) {
+  if (run.shared == nullptr) return RunAlone(parts, run.told);
+  SharedParts& shared = *run.shared;
+  const bool takes = shared.leads() || parts.step != PartStep::kHeights;
+  std::vector<bool> taken(static_cast<size_t>(parts.count), false);
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, shared.Next(parts.step, parts.count));
+    run.told(static_cast<double>(turn.done) / parts.count);
+    if (!turn.part) break;
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, parts.make(*turn.part));
+    RILIEVO_RETURN_IF_ERROR(shared.Keep(parts.step, *turn.part, bytes));
+    if (!takes || taken[*turn.part]) continue;
+    RILIEVO_RETURN_IF_ERROR(parts.take(*turn.part, bytes));
+    taken[*turn.part] = true;
+  }
+  for (int part = 0; part < parts.count && takes; ++part) {
+    if (taken[part]) continue;
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, shared.Fetch(parts.step, part));
+    RILIEVO_RETURN_IF_ERROR(parts.take(part, bytes));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status NotOfPart(PartStep step, int part) {
+  return absl::DataLossError(absl::StrCat("part ", part, " of step ", static_cast<int>(step),
+                                          " of the run is not what was kept of it"));
+}
+
+}  // namespace rilievo

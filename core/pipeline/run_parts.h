@@ -1,0 +1,39 @@
+// The parts of one step of a run: one after the other, or shared with other processes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/paging/shared_parts.h"
+
+namespace rilievo {
+
+struct PartsOfStep {
+  PartStep step = PartStep::kCoarse;
+  int count = 0;
+  // What comes of a part: a function of the part, whatever was done before it.
+  std::function<absl::StatusOr<std::vector<uint8_t>>(int part)> make = {};
+  // Puts it where this process looks for it. DATA_LOSS where the bytes are not of such a part.
+  std::function<absl::Status(int part, std::span<const uint8_t> bytes)> take = {};
+  // Whether an earlier run of this process has left it there; empty: none has.
+  std::function<bool(int part)> is_there = {};
+};
+
+// Whom a step tells of the share that is done, and who shares its parts; null: nobody.
+struct PartsRun {
+  std::function<void(double)> told;
+  SharedParts* shared = nullptr;
+};
+
+// All parts are made, by whomever, and taken. Those of the last step (kHeights) are taken only
+// where they are made into a surface. The errors of `make`, `take` and SharedParts.
+absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run);
+
+// Of bytes that do not make sense.
+absl::Status NotOfPart(PartStep step, int part);
+
+}  // namespace rilievo
