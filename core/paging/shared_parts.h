@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -22,6 +22,10 @@ enum class PartStep {
 };
 inline constexpr int kPartSteps = 4;
 
+// The next bytes, valid until the next call; none at the end.
+using PieceSource = std::function<absl::StatusOr<std::span<const uint8_t>>()>;
+using PieceSink = std::function<absl::Status(std::span<const uint8_t>)>;
+
 // Used by one thread. An error ends the run: CANCELLED once nobody waits for it any longer.
 class SharedParts {
  public:
@@ -38,10 +42,10 @@ class SharedParts {
   virtual absl::StatusOr<Turn> Next(PartStep step, int count) = 0;
 
   // What came of the part that Next() gave.
-  virtual absl::Status Keep(PartStep step, int part, std::span<const uint8_t> bytes) = 0;
+  virtual absl::Status Keep(PartStep step, int part, const PieceSource& next) = 0;
 
   // What came of a part that is done.
-  virtual absl::StatusOr<std::vector<uint8_t>> Fetch(PartStep step, int part) = 0;
+  virtual absl::Status Fetch(PartStep step, int part, const PieceSink& take) = 0;
 };
 
 }  // namespace rilievo

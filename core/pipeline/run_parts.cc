@@ -1,5 +1,7 @@
 #include "core/pipeline/run_parts.h"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 
@@ -16,6 +18,23 @@ absl::Status RunAlone(const PartsOfStep& parts, const std::function<void(double)
   return absl::OkStatus();
 }
 
+absl::Status KeepIn(SharedParts* shared, PartStep step, int part,
+                    const std::vector<uint8_t>& bytes) {
+  std::span<const uint8_t> left(bytes);
+  return shared->Keep(step, part, [&]() -> absl::StatusOr<std::span<const uint8_t>> {
+    return std::exchange(left, {});
+  });
+}
+
+absl::StatusOr<std::vector<uint8_t>> FetchFrom(SharedParts* shared, PartStep step, int part) {
+  std::vector<uint8_t> bytes;
+  RILIEVO_RETURN_IF_ERROR(shared->Fetch(step, part, [&](std::span<const uint8_t> piece) {
+    bytes.insert(bytes.end(), piece.begin(), piece.end());
+    return absl::OkStatus();
+  }));
+  return bytes;
+}
+
 }  // namespace
 
 absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run) {
@@ -28,14 +47,15 @@ absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run) {
     run.told(static_cast<double>(turn.done) / parts.count);
     if (!turn.part) break;
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, parts.make(*turn.part));
-    RILIEVO_RETURN_IF_ERROR(shared.Keep(parts.step, *turn.part, bytes));
+    RILIEVO_RETURN_IF_ERROR(KeepIn(&shared, parts.step, *turn.part, bytes));
     if (!takes || taken[*turn.part]) continue;
     RILIEVO_RETURN_IF_ERROR(parts.take(*turn.part, bytes));
     taken[*turn.part] = true;
   }
   for (int part = 0; part < parts.count && takes; ++part) {
     if (taken[part]) continue;
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, shared.Fetch(parts.step, part));
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
+                             FetchFrom(&shared, parts.step, part));
     RILIEVO_RETURN_IF_ERROR(parts.take(part, bytes));
   }
   return absl::OkStatus();

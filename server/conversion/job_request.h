@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <variant>
 
 #include "core/paging/scratch_folder.h"
+#include "core/paging/shared_parts.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/update_surface.h"
 #include "rilievo/v1/reconstruction.pb.h"
@@ -19,6 +21,7 @@ namespace rilievo {
 struct PartsRequest {
   int64_t points = 0;  // of a part; see PartSizes::Of()
   ScratchFolder scratch;
+  std::shared_ptr<SharedParts> shared = nullptr;  // with other workers; null: with nobody
 };
 
 struct JobRequest {

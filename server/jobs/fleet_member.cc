@@ -35,7 +35,8 @@ FleetMember::FleetMember(ServiceCore* core, JobStore* store, JobBoard* board, bo
       board_(board),
       works_(works),
       name_(NewName()),
-      busy_(Clock::now()) {
+      busy_(Clock::now()),
+      helpers_(core, store, board) {
   core_->pool.WhenFree([this] { Wake(); });
   thread_ = std::jthread([this](const std::stop_token& stop) { WorkUntil(stop); });
 }
@@ -97,7 +98,7 @@ void FleetMember::LookAround() {
 }
 
 bool FleetMember::Renew() {
-  if (board_->size() > 0) {
+  if (board_->size() + helpers_.size() > 0) {
     const std::lock_guard lock(mutex_);
     busy_ = Clock::now();
   }
@@ -107,18 +108,20 @@ bool FleetMember::Renew() {
   core_->metrics->CountLostLeases(freed);
   board_->Compare(*held);
   board_->TellOthers();
+  helpers_.Look();
   return true;
 }
 
 void FleetMember::Claim() {
   while (!core_->draining && core_->pool.FreePlaces() > 0) {
     auto taken = store_->Claim(Demand());
-    if (!Note(taken.status()) || !*taken) return;
+    if (!Note(taken.status())) return;
+    if (!*taken && !helpers_.Help(Demand())) return;
     {
       const std::lock_guard lock(mutex_);
       busy_ = Clock::now();
     }
-    board_->TakeUp(**std::move(taken));
+    if (*taken) board_->TakeUp(**std::move(taken));
   }
 }
 

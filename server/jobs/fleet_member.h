@@ -9,13 +9,14 @@
 #include <thread>
 
 #include "server/jobs/job_board.h"
+#include "server/jobs/part_helpers.h"
 #include "server/rpc/service_core.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {
 
-// One thread of its own. It never takes more than the job pool begins at once; the rest is left to
-// others.
+// Where no job waits it helps with the parts of large ones. One thread of its own. It never takes
+// more than the job pool begins at once; the rest is left to others.
 class FleetMember {
  public:
   // `works`: else it only follows what is watched here.
@@ -49,6 +50,7 @@ class FleetMember {
   std::chrono::steady_clock::time_point busy_;  // when something was there last
   bool woken_ = false;
   std::condition_variable_any wake_;
+  PartHelpers helpers_;
   std::jthread thread_;
 };
 

@@ -202,7 +202,7 @@ void JobBoard::EndRun(const std::shared_ptr<JobRun>& run) {
   const std::string& id = run->stored().job.job_id();
   JobOutcome outcome = run->Work();
   using Kind = JobOutcome::Kind;
-  const bool again = outcome.kind == Kind::kKilled && Requeue(run->stored());
+  const bool again = outcome.kind == Kind::kKilled && Requeue(run->stored(), outcome.got_on);
   if (outcome.kind == Kind::kUntried) {
     RequeueUntried(run->stored());
   } else if (outcome.kind == Kind::kAbandoned) {
@@ -320,7 +320,7 @@ void JobBoard::NoteDropped(const StoredJob& stored) {
                           ": another worker has taken it; what was done ", "here is dropped"));
 }
 
-bool JobBoard::Requeue(const StoredJob& tried) {
+bool JobBoard::Requeue(const StoredJob& tried, bool got_on) {
   const std::string& job_id = tried.job.job_id();
   StoredJob stored;
   {
@@ -328,6 +328,7 @@ bool JobBoard::Requeue(const StoredJob& tried) {
     const auto found = jobs_.find(job_id);
     if (!IsOn(found, tried)) return true;  // cancelled meanwhile
     LiveJob& live = found->second;
+    if (got_on) live.stored.unclean_ends = 0;
     if (++live.stored.unclean_ends >= kMaxUncleanEnds) return false;
     live.stored.job = Queued(std::move(live.stored.job));
     stored = live.stored;

@@ -122,7 +122,8 @@ class JobBoard {
   // Another worker has the job, or had it: counted, and told to the log.
   void NoteDropped(const StoredJob& stored);
   // Puts a job whose worker was killed back into the queue; false after too many unclean ends.
-  bool Requeue(const StoredJob& tried);
+  // One that got on counts as the first.
+  bool Requeue(const StoredJob& tried, bool got_on);
   // Puts back what this machine could not work on; its attempt does not count. Waits for the disk.
   void RequeueUntried(StoredJob stored);
   // The server ends in order: the next one begins with this job as if it had never run.

@@ -9,6 +9,7 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "server/conversion/memory_estimate.h"
+#include "server/observability/server_log.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
 #include "server/store/control_mesh_blob.h"
@@ -83,7 +84,10 @@ absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
       return NotToBeHad(absl::UnavailableError(
           "the job is to be made by parts, and this worker has no --scratch"));
     }
-    job->parts = {static_cast<int64_t>(stored_.job.part_points()), ScratchFolder(scratch)};
+    if (store_->shared()) {
+      parts_ = std::make_shared<PartsInStore>(store_, stored_, stop_.get_token());
+    }
+    job->parts = {static_cast<int64_t>(stored_.job.part_points()), ScratchFolder(scratch), parts_};
   }
   absl::StatusOr<FileDescriptor> scan = store_->blobs().Read(stored_.job.scan_id());
   if (absl::IsNotFound(scan.status()) || absl::IsDataLoss(scan.status())) {
@@ -96,9 +100,27 @@ absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
   context.seed = job->seed;
   context.progress = [this](const Progress& progress) {
     progress_.Report(progress, Clock::now());
-    while (auto event = progress_.Pop()) events_->Push(*std::move(event));
+    while (auto event = progress_.Pop()) {
+      if (events_) events_->Push(*std::move(event));
+    }
   };
   return core_->work(*job, ScanBytes(*std::move(scan), stored_.job.scan_id()), context);
+}
+
+StopReason JobRun::EndWork() {
+  const std::lock_guard lock(mutex_);
+  working_ = false;
+  return stop_reason_;
+}
+
+absl::Status JobRun::Help() {
+  JobRequest request;
+  const absl::Status done = Reconstruct(&request).status();
+  EndWork();
+  const int kept = parts_ ? parts_->kept() : 0;
+  if (kept > 0)
+    LogMessage(absl::StrCat("job ", stored_.job.job_id(), ": helped with ", kept, " parts"));
+  return done;
 }
 
 JobOutcome JobRun::Work() {
@@ -109,13 +131,8 @@ JobOutcome JobRun::Work() {
     store_->SetScanAside(stored_.job.scan_id()).IgnoreError();
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
-  StopReason reason;
-  {
-    const std::lock_guard lock(mutex_);
-    working_ = false;
-    reason = stop_reason_;
-  }
-  JobOutcome outcome{JobOutcome::Kind::kFinished, stored_, {}};
+  const StopReason reason = EndWork();
+  JobOutcome outcome{JobOutcome::Kind::kFinished, stored_, {}, parts_ && parts_->kept() > 0};
   v1::Job& job = outcome.job.job;
   if (result.ok()) {
     job = Succeeded(std::move(job), *result);

@@ -87,7 +87,23 @@ constexpr Migration kMigrations[] = {{1, R"(
     upload BYTEA NOT NULL DEFAULT '',
     was BYTEA NOT NULL DEFAULT '',
     remove_after TIMESTAMPTZ);
-  CREATE INDEX objects_to_remove ON objects(remove_after) WHERE remove_after IS NOT NULL)"}};
+  CREATE INDEX objects_to_remove ON objects(remove_after) WHERE remove_after IS NOT NULL)"},
+                                     {1, R"(
+  -- Parts of jobs that several workers share: who does them (nobody: an empty name), until when;
+  -- `result`: the blob that came of one, `twice`: which is to be done again, and compared.
+  CREATE TABLE job_parts(
+    job_id BYTEA NOT NULL,
+    step BIGINT NOT NULL,
+    part BIGINT NOT NULL,
+    owner BYTEA NOT NULL,
+    worker BYTEA NOT NULL DEFAULT '',
+    claim BIGINT NOT NULL DEFAULT 0,
+    lease_until TIMESTAMPTZ,
+    result BYTEA NOT NULL DEFAULT '',
+    found_by BYTEA NOT NULL DEFAULT '',
+    twice BIGINT NOT NULL,
+    PRIMARY KEY(job_id, step, part)) WITH (fillfactor = 50);
+  CREATE INDEX job_parts_by_worker ON job_parts(worker))"}};
 
 constexpr int64_t kVersion = std::size(kMigrations);
 

@@ -7,9 +7,6 @@
 namespace rilievo {
 namespace {
 
-// Workers renew each second; a stall of the network or of the database costs no work.
-constexpr char kLease[] = "interval '15 seconds'";
-
 // Whether a worker of that memory, which works on nothing else or not, may take a row's job.
 std::string Fits(const std::string& memory, const std::string& idle) {
   return absl::StrCat("(memory <= ", memory, " OR ", idle, " = 1 AND ", memory,

@@ -13,6 +13,9 @@
 
 namespace rilievo {
 
+// Workers renew each second; a stall of the network or of the database costs no work.
+inline constexpr char kLease[] = "interval '15 seconds'";
+
 // A job that a worker has taken. What a worker writes with an older number is refused, and with
 // that of another worker: numbers come again where a database was restored from a backup.
 struct JobClaim {

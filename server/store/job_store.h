@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "server/store/job_record.h"
 #include "server/store/job_tables.h"
 #include "server/store/lease_pool.h"
+#include "server/store/part_queue.h"
 #include "server/store/scan_uploads.h"
 #include "server/store/store_clock.h"
 
@@ -37,6 +39,8 @@ struct StoreSettings {
   std::optional<StoreClock::Source> clock = {};
   // Where scans and surfaces that come over a network lie while they are read; empty: in memory.
   std::string scratch = {};
+  // Of the parts of large jobs one in so many is done twice, and compared; >= 1.
+  int64_t checked_share = 100;
   // Told of what an operator should know, a line each; called with the store locked.
   std::function<void(const std::string&)> report = {};
 };
@@ -147,6 +151,24 @@ class JobStore {
   };
   absl::StatusOr<Glance> Look(const std::string& owner, const std::string& job_id);
   absl::StatusOr<JobQueue::Counts> CountUnfinished(const std::string& client);
+
+  // Parts of a large job; see PartQueue.
+  absl::StatusOr<PartQueue::Turn> TakePart(const PartWorker& worker, PartStep step, int count);
+  // Stores what came of it. OK also where somebody else has it by now: it is the same.
+  // FAILED_PRECONDITION where the job is not there any more; INTERNAL as PartQueue::Finish().
+  absl::Status KeepPart(const PartClaim& claim, const BlobSource& bytes);
+  // What came of one that is done; NOT_FOUND where that is not there any more.
+  absl::StatusOr<FileDescriptor> ReadPart(const std::string& job_id, PartStep step, int part,
+                                          std::string* sha256);
+  // It is lost or damaged, and to be done again.
+  absl::Status DropPart(const PartWorker& worker, PartStep step, int part,
+                        const std::string& sha256);
+  absl::Status ReleaseParts(const std::string& job_id, const std::string& worker);
+  // Of the jobs with parts that wait for help, the first that is none of `except`.
+  absl::StatusOr<std::optional<StoredJob>> JobToHelp(const ClaimDemand& worker,
+                                                     const std::set<std::string>& except);
+  // Whether somebody still waits for it.
+  absl::StatusOr<bool> IsUnfinished(const std::string& job_id);
 
   // Removes what retention no longer keeps, by age, then by size. Returns the bytes that are
   // stored.

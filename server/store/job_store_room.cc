@@ -130,8 +130,11 @@ absl::StatusOr<int64_t> JobStore::Clean() {
   {
     const auto tables = tables_->Take();
     if (shared_) {
-      RILIEVO_RETURN_IF_ERROR(
-          Change(tables.get(), [&] { return JobQueue(&tables->database()).Clean(); }));
+      const auto clean = [&]() -> absl::Status {
+        RILIEVO_RETURN_IF_ERROR(tables->DropLostParts());
+        return JobQueue(&tables->database()).Clean();
+      };
+      RILIEVO_RETURN_IF_ERROR(Change(tables.get(), clean));
     }
     RILIEVO_RETURN_IF_ERROR(tables->database().Shrink());
     RILIEVO_ASSIGN_OR_RETURN(stored, tables->TotalBytes());

@@ -235,6 +235,7 @@ absl::StatusOr<bool> JobTables::Remove(const std::string& job_id, bool its_scan)
     if (!found) return false;
     stored.owner = query.Bytes(0);
     scan = query.Bytes(1);
+    stored.job.set_job_id(job_id);
     stored.job.set_scan_id(scan);
     stored.mesh = query.Bytes(2);
     stored.surface = query.Bytes(3);

@@ -80,6 +80,16 @@ class JobTables {
   // For all of its owners.
   absl::Status ForgetScan(const std::string& scan);
 
+  // What came of a part of an unfinished job of the owner's: it goes with the job's other needs.
+  absl::Status UsePart(const std::string& owner, const std::string& blob) {
+    return Use(owner, blob);
+  }
+  absl::Status DropPart(const std::string& owner, const std::string& blob) {
+    return Drop(owner, blob);
+  }
+  // Those of jobs that are not there: servers of an older version know no parts.
+  absl::Status DropLostParts();
+
   // An upload counts with all that was announced of it.
   absl::Status PutUpload(const std::string& owner, const std::string& name, int64_t bytes,
                          int64_t now_ms);

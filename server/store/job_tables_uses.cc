@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "server/store/job_tables.h"
+#include "server/store/part_queue.h"
 
 namespace rilievo {
 
@@ -21,7 +22,17 @@ absl::Status JobTables::UseInputs(const StoredJob& stored) {
 
 absl::Status JobTables::DropInputs(const StoredJob& stored) {
   RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, stored.job.scan_id()));
-  return stored.mesh.empty() ? absl::OkStatus() : Drop(stored.owner, stored.mesh);
+  if (!stored.mesh.empty()) RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, stored.mesh));
+  if (!database_->shared()) return absl::OkStatus();
+  RILIEVO_ASSIGN_OR_RETURN(const auto blobs, PartQueue(database_.get()).Drop(stored.job.job_id()));
+  for (const std::string& blob : blobs) RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, blob));
+  return absl::OkStatus();
+}
+
+absl::Status JobTables::DropLostParts() {
+  RILIEVO_ASSIGN_OR_RETURN(const auto lost, PartQueue(database_.get()).DropLost());
+  for (const auto& [owner, blob] : lost) RILIEVO_RETURN_IF_ERROR(Drop(owner, blob));
+  return absl::OkStatus();
 }
 
 absl::Status JobTables::Use(const std::string& owner, const std::string& blob) {
@@ -242,6 +253,8 @@ absl::StatusOr<bool> JobTables::RemoveUnusedBlobs(int64_t time_ms, int limit) {
 }
 
 absl::Status JobTables::Recount() {
+  const char* const parts =
+      database_->shared() ? " UNION ALL SELECT result, owner FROM job_parts" : "";
   return database_->Execute(absl::StrCat(R"(
     DELETE FROM uses; DELETE FROM owners;
     INSERT INTO uses SELECT blob, owner, COUNT(*) FROM (
@@ -251,7 +264,8 @@ absl::Status JobTables::Recount() {
       UNION ALL SELECT surface, owner FROM jobs
       UNION ALL SELECT scan, owner FROM damaged
       UNION ALL SELECT mesh, owner FROM damaged
-      UNION ALL SELECT surface, owner FROM damaged) AS needs
+      UNION ALL SELECT surface, owner FROM damaged)",
+                                         parts, R"() AS needs
     WHERE length(blob) > 0 GROUP BY blob, owner;
     INSERT INTO owners SELECT owner, SUM(bytes) FROM (
       SELECT uses.owner AS owner, bytes FROM uses JOIN blobs ON name = blob

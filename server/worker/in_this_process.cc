@@ -54,8 +54,14 @@ absl::StatusOr<JobResult> MakeByParts(const JobRequest& job, ScanBytes points,
   RILIEVO_RETURN_IF_ERROR(std::move(points).DecodeInBlocks(job.size, add));
   const absl::StatusOr<PagedScan> pages = std::move(pager).Finish(context);
   RILIEVO_RETURN_IF_ERROR(OfOwnFiles(pages.status()));
+  const PartSizes sizes = PartSizes::Of(job.parts->points);
+  SharedParts* const shared = job.parts->shared.get();
+  if (shared != nullptr && !shared->leads()) {
+    RILIEVO_RETURN_IF_ERROR(OfOwnFiles(HelpWithParts(*pages, sizes, job.options, context, shared)));
+    return JobResult{};
+  }
   absl::StatusOr<Reconstruction> made =
-      ReconstructPaged(*pages, PartSizes::Of(job.parts->points), job.options, context);
+      ReconstructPaged(*pages, sizes, job.options, context, shared);
   RILIEVO_RETURN_IF_ERROR(OfOwnFiles(made.status()));
   JobResult result{std::move(made->encoded), ProtoReport(made->report, job.options.measure)};
   const std::string warning = PlacesAloneWarning(job);

@@ -13,6 +13,7 @@
 #include "server/conversion/parts_request.h"
 #include "server/os/unnamed_file.h"
 #include "server/worker/message_channel.h"
+#include "server/worker/parts_server.h"
 #include "server/worker/run_worker_job.h"
 #include "server/worker/worker_process.h"
 #include "server/worker/worker_protocol.pb.h"
@@ -27,6 +28,8 @@ worker::JobOrder OrderOf(const JobRequest& job, const ScanBytes& points,
     order.set_part_points(job.parts->points);
     order.set_scratch_files(kFilesOfParts);
     order.set_scratch_bytes(EstimateScratch(job));
+    order.set_shares_parts(job.parts->shared != nullptr);
+    order.set_leads(job.parts->shared && job.parts->shared->leads());
   }
   order.set_version(RILIEVO_VERSION);
   *order.mutable_header() = job.header;
@@ -214,15 +217,23 @@ absl::StatusOr<JobResult> Run(const WorkerProgram& program, const WorkerSettings
     process.Abandon();
     status = absl::OkStatus();
   }
-  while (status.ok() && !answer.complete()) {
+  PartsServer parts(job, process.socket());
+  absl::Status of_parts;
+  while (status.ok() && of_parts.ok() && !answer.complete()) {
     worker::WorkerMessage message;
     status = ReceiveMessage(process.socket(), &message);
-    if (status.ok()) status = answer.Take(std::move(message), context);
+    if (!status.ok()) break;
+    if (answer.ready() && parts.IsAsked(message)) {
+      of_parts = parts.Answer(message);
+    } else {
+      status = answer.Take(std::move(message), context);
+    }
   }
   stop.reset();
   const bool disk_full = IsDiskFull(answer.failure(), job);
   const int wait_status = process.End();
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  if (!of_parts.ok() && !parts.worker_is_gone()) return of_parts;
   if (absl::IsUnavailable(status)) return status;
   if (absl::IsDataLoss(status)) {
     return answer.ready() ? absl::InternalError(status.message()) : OfMachine(status);

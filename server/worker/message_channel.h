@@ -1,6 +1,9 @@
 // Messages over a socket: a length of four bytes, little-endian, then the message.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include "absl/status/status.h"
 #include "google/protobuf/message_lite.h"
 #include "server/os/file_descriptor.h"
@@ -9,6 +12,8 @@ namespace rilievo {
 
 // A header with the largest control mesh and the longest piece fit.
 inline constexpr uint32_t kMaxFrameBytes = 8 << 20;
+// Of what travels in pieces.
+inline constexpr size_t kPieceBytes = 1 << 20;
 
 // RESOURCE_EXHAUSTED when the message is longer than kMaxFrameBytes; INTERNAL when the peer is
 // gone.

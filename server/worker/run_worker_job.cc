@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 #include <limits>
+#include <memory>
 #include <new>
 #include <numeric>
 #include <thread>
@@ -18,6 +19,7 @@
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "server/worker/message_channel.h"
+#include "server/worker/socket_parts.h"
 #include "server/worker/worker_limits.h"
 #include "server/worker/worker_process.h"
 #include "server/worker/worker_protocol.pb.h"
@@ -25,8 +27,6 @@
 
 namespace rilievo {
 namespace {
-
-constexpr size_t kPieceBytes = 1 << 20;
 
 [[noreturn]] void EndNow(WorkerExit code) { _exit(static_cast<int>(code)); }
 
@@ -42,10 +42,14 @@ constexpr size_t kPieceBytes = 1 << 20;
   EndNow(WorkerExit::kDefect);
 }
 
-// Nothing more is due from the server: whatever ends the read means that nobody waits any longer.
-void EndWithServer(const FileDescriptor& socket) {
-  char byte;
-  if (!socket.Read(&byte, 1).ok()) EndNow(WorkerExit::kAbandoned);
+// Nothing more is due from the server than what is asked about parts: whatever ends the read means
+// that nobody waits any longer.
+void ReadUntilEnd(const FileDescriptor& socket, SocketParts* parts) {
+  worker::ServerMessage message;
+  while (ReceiveMessage(socket, &message).ok() && parts != nullptr) {
+    parts->Take(std::move(message));
+  }
+  EndNow(WorkerExit::kAbandoned);
 }
 
 absl::Status ShutIn(const worker::JobOrder& order) {
@@ -75,17 +79,19 @@ absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
   return std::get<JobRequest>(std::move(parsed));
 }
 
-PartsRequest PartsOf(const worker::JobOrder& order) {
+PartsRequest PartsOf(const worker::JobOrder& order, std::shared_ptr<SharedParts> shared) {
   std::vector<int> files(static_cast<size_t>(order.scratch_files()));
   std::iota(files.begin(), files.end(), kFirstScratchFile);
-  return {order.part_points(), ScratchFolder::OfFiles("of the server", std::move(files))};
+  return {order.part_points(), ScratchFolder::OfFiles("of the server", std::move(files)),
+          std::move(shared)};
 }
 
 absl::StatusOr<JobResult> Work(const worker::JobOrder& order, FileDescriptor points,
-                               const JobWork& work, const FileDescriptor& socket) {
+                               const JobWork& work, const FileDescriptor& socket,
+                               std::shared_ptr<SharedParts> shared) {
   RILIEVO_ASSIGN_OR_RETURN(JobRequest job, ReadHeader(order));
   if (order.part_points() > 0) {
-    job.parts = PartsOf(order);
+    job.parts = PartsOf(order, std::move(shared));
     ReleaseLargeBlocksAtOnce();  // memory counts for more than time
   }
   RunContext context;
@@ -163,8 +169,10 @@ WorkerExit RunWorkerJob(const FileDescriptor& socket, FileDescriptor points, con
     return exit_of(SendFailure(shut, 0, socket));
   }
   if (!SendReady(socket).ok()) return WorkerExit::kAbandoned;
-  std::thread([&socket] { EndWithServer(socket); }).detach();
-  const auto result = Work(order, std::move(points), work, socket);
+  const auto parts =
+      order.shares_parts() ? std::make_shared<SocketParts>(&socket, order.leads()) : nullptr;
+  std::thread([&socket, parts] { ReadUntilEnd(socket, parts.get()); }).detach();
+  const auto result = Work(order, std::move(points), work, socket, parts);
   return exit_of(result.ok() ? SendResult(*result, peak.bytes(), socket)
                              : SendFailure(result.status(), peak.bytes(), socket));
 }

@@ -168,17 +168,18 @@ class PartsInMemory {
         all_->changed_.wait(lock);
       }
     }
-    absl::Status Keep(PartStep step, int part, std::span<const uint8_t> bytes) override {
+    absl::Status Keep(PartStep step, int part, const PieceSource& next) override {
       const std::lock_guard lock(all_->mutex_);
       Part& kept = all_->parts_[step][part];
       kept.taken = false;
+      const std::span<const uint8_t> bytes = *next();
       if (lives_ > 0) kept.bytes.assign(bytes.begin(), bytes.end());
       all_->changed_.notify_all();
       return lives_ > 0 ? absl::OkStatus() : absl::CancelledError("lost");
     }
-    absl::StatusOr<std::vector<uint8_t>> Fetch(PartStep step, int part) override {
+    absl::Status Fetch(PartStep step, int part, const PieceSink& take) override {
       const std::lock_guard lock(all_->mutex_);
-      return all_->parts_[step][part].bytes;
+      return take(all_->parts_[step][part].bytes);
     }
 
    private:

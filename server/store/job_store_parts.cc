@@ -1,0 +1,81 @@
+// The parts of large jobs that the workers of a shared store do.
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "server/store/job_store.h"
+
+namespace rilievo {
+
+absl::StatusOr<PartQueue::Turn> JobStore::TakePart(const PartWorker& worker, PartStep step,
+                                                   int count) {
+  const auto tables = tables_->Take();
+  return PartQueue(&tables->database()).Take(worker, step, count, settings_.checked_share);
+}
+
+absl::Status JobStore::KeepPart(const PartClaim& claim, const BlobSource& bytes) {
+  RILIEVO_ASSIGN_OR_RETURN(const auto staged, blobs_->StageFrom(bytes));
+  const auto tables = tables_->Take();
+  const absl::Status kept = Adopt(tables.get(), *staged, [&]() -> absl::Status {
+    JobQueue queue(&tables->database());
+    RILIEVO_RETURN_IF_ERROR(queue.Lock(claim.job_id));
+    RILIEVO_ASSIGN_OR_RETURN(const PartQueue::Kept what,
+                             PartQueue(&tables->database()).Finish(claim, staged->name()));
+    if (what == PartQueue::Kept::kOthers) return absl::AbortedError("somebody else does the part");
+    if (what == PartQueue::Kept::kSame) return absl::OkStatus();
+    return tables->UsePart(claim.owner, staged->name());
+  });
+  if (!absl::IsAborted(kept)) return kept;
+  RILIEVO_ASSIGN_OR_RETURN(const bool goes_on, PartQueue(&tables->database()).Waits(claim.job_id));
+  return goes_on ? absl::OkStatus() : absl::FailedPreconditionError("the job ended");
+}
+
+absl::StatusOr<FileDescriptor> JobStore::ReadPart(const std::string& job_id, PartStep step,
+                                                  int part, std::string* sha256) {
+  {
+    const auto tables = tables_->Take();
+    RILIEVO_ASSIGN_OR_RETURN(*sha256, PartQueue(&tables->database()).Result(job_id, step, part));
+  }
+  return blobs_->Read(*sha256);
+}
+
+absl::Status JobStore::DropPart(const PartWorker& worker, PartStep step, int part,
+                                const std::string& sha256) {
+  const auto tables = tables_->Take();
+  Report(absl::StrCat("part ", part, " of job ", worker.job_id, " is damaged; it is set aside"));
+  RILIEVO_RETURN_IF_ERROR(blobs_->SetAside(sha256));
+  return Free(tables.get(), [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(
+        const bool dropped,
+        PartQueue(&tables->database()).Reopen(worker.job_id, step, part, sha256));
+    return dropped ? tables->DropPart(worker.owner, sha256) : absl::OkStatus();
+  });
+}
+
+absl::Status JobStore::ReleaseParts(const std::string& job_id, const std::string& worker) {
+  const auto tables = tables_->Take();
+  return PartQueue(&tables->database()).Release(job_id, worker);
+}
+
+absl::StatusOr<std::optional<StoredJob>> JobStore::JobToHelp(const ClaimDemand& worker,
+                                                             const std::set<std::string>& except) {
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(const auto ids,
+                           PartQueue(&tables->database()).JobsToHelp(worker.worker, worker.memory));
+  for (const std::string& id : ids) {
+    if (except.count(id) != 0) continue;
+    RILIEVO_ASSIGN_OR_RETURN(auto stored, tables->Find(id));
+    ReportDamaged(tables.get());
+    if (!stored) continue;
+    stored->worker = worker.worker;
+    return stored;
+  }
+  return std::nullopt;
+}
+
+absl::StatusOr<bool> JobStore::IsUnfinished(const std::string& job_id) {
+  const auto tables = tables_->Take();
+  return PartQueue(&tables->database()).Waits(job_id);
+}
+
+}  // namespace rilievo

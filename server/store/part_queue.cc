@@ -1,0 +1,217 @@
+#include "server/store/part_queue.h"
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "server/store/job_queue.h"
+
+namespace rilievo {
+namespace {
+
+// Of a part, by those who help: it may be what ends them.
+constexpr int kMostTries = 3;
+
+// Parts that nobody has, and that are to be done, for the first or the second time.
+constexpr char kOpen[] = "worker = '' AND (result = '' OR twice = 1)";
+
+int64_t NumberOf(PartStep step) { return static_cast<int64_t>(step); }
+
+// Where the parts begin of which each so many-th is done twice: not at the same one in all jobs.
+int64_t FirstChecked(const std::string& job_id, int64_t checked_share) {
+  uint32_t sum = 0;
+  for (const char c : job_id) sum = 31 * sum + static_cast<unsigned char>(c);
+  return sum % checked_share;
+}
+
+}  // namespace
+
+absl::StatusOr<bool> PartQueue::IsInForce(const PartWorker& worker) {
+  // Neither finished nor taken by another leader before this transaction ends.
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 AND ($2 = 0 OR claim ="
+                                      " $2 AND worker = $3) FOR KEY SHARE"));
+  query.Bind(worker.job_id).Bind(worker.claim).Bind(worker.worker);
+  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Step());
+  RILIEVO_RETURN_IF_ERROR(query.Run());
+  return found;
+}
+
+absl::StatusOr<int> PartQueue::Make(const PartWorker& worker, PartStep step, int count,
+                                    int64_t checked_share, int* done) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("SELECT COUNT(*), COUNT(*) FILTER (WHERE result <> '' AND"
+                         " twice = 0) FROM job_parts WHERE job_id = $1 AND step = $2"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(worker.job_id).Bind(NumberOf(step)).Step().status());
+  const auto found = static_cast<int>(query.Integer(0));
+  *done = static_cast<int>(query.Integer(1));
+  RILIEVO_RETURN_IF_ERROR(query.Run());
+  if (found > 0) return found;
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query insert,
+      database_->Prepare("INSERT INTO job_parts(job_id, step, part, owner, twice) SELECT $1, $2,"
+                         " part, $3, CASE WHEN $4 > 1 AND part % $5 = $6 THEN 1 ELSE 0 END FROM"
+                         " generate_series(0, $4 - 1) AS part ON CONFLICT DO NOTHING"));
+  insert.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.owner).Bind(count);
+  insert.Bind(checked_share).Bind(FirstChecked(worker.job_id, checked_share));
+  RILIEVO_RETURN_IF_ERROR(insert.Run());
+  return count;
+}
+
+absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartStep step, int count,
+                                                int64_t checked_share) {
+  static const std::string sql = absl::StrCat(
+      "UPDATE job_parts SET worker = $3, claim = claim + 1, lease_until = now() + ", kLease,
+      " WHERE job_id = $1 AND step = $2 AND part = (SELECT part FROM job_parts WHERE job_id = $1"
+      " AND step = $2 AND ",
+      kOpen, " AND ($4 <> 0 OR claim < ", kMostTries,
+      ") ORDER BY result <> '', found_by = $3, part LIMIT 1 FOR UPDATE SKIP LOCKED)"
+      " RETURNING part, claim");
+  Turn turn;
+  const absl::Status taken = database_->TransactUnflushed([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const bool in_force, IsInForce(worker));
+    if (!in_force) return absl::FailedPreconditionError("the job ended, or goes on elsewhere");
+    RILIEVO_ASSIGN_OR_RETURN(const int found, Make(worker, step, count, checked_share, &turn.done));
+    if (found != count) {
+      return absl::InternalError(absl::StrCat("workers have cut step ", NumberOf(step), " into ",
+                                              found, " and into ", count, " parts"));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
+    query.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.worker).Bind(worker.claim);
+    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
+    if (!row) return absl::OkStatus();
+    turn.claim = {.job_id = worker.job_id,
+                  .owner = worker.owner,
+                  .step = step,
+                  .part = static_cast<int>(query.Integer(0)),
+                  .number = query.Integer(1),
+                  .worker = worker.worker};
+    return query.Run();
+  });
+  if (!taken.ok()) return taken;
+  return turn;
+}
+
+absl::StatusOr<PartQueue::Kept> PartQueue::Finish(const PartClaim& claim,
+                                                  const std::string& result) {
+  std::string known, found_by;
+  {
+    RILIEVO_ASSIGN_OR_RETURN(
+        Query query, database_->Prepare("SELECT result, found_by FROM job_parts WHERE job_id = $1"
+                                        " AND step = $2 AND part = $3 AND claim = $4 AND worker ="
+                                        " $5 FOR UPDATE"));
+    query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part).Bind(claim.number);
+    RILIEVO_ASSIGN_OR_RETURN(const bool in_force, query.Bind(claim.worker).Step());
+    if (!in_force) return Kept::kOthers;
+    known = query.Bytes(0);
+    found_by = query.Bytes(1);
+    RILIEVO_RETURN_IF_ERROR(query.Run());
+  }
+  if (!known.empty() && known != result) {
+    return absl::InternalError(
+        absl::StrCat("part ", claim.part, " of step ", NumberOf(claim.step), " is ", known, " as ",
+                     found_by, " has done it, and ", result, " as ", claim.worker,
+                     " has: the memory or the processor of one of them is at fault"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("UPDATE job_parts SET worker = '', lease_until = NULL, result = $4,"
+                         " found_by = $5, twice = CASE WHEN result = '' THEN twice ELSE 0 END"
+                         " WHERE job_id = $1 AND step = $2 AND part = $3"));
+  query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part).Bind(result);
+  RILIEVO_RETURN_IF_ERROR(query.Bind(claim.worker).Run());
+  return known.empty() ? Kept::kFirst : Kept::kSame;
+}
+
+absl::StatusOr<std::string> PartQueue::Result(const std::string& job_id, PartStep step, int part) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT result FROM job_parts WHERE job_id = $1 AND step = $2"
+                                      " AND part = $3"));
+  RILIEVO_ASSIGN_OR_RETURN(const bool found,
+                           query.Bind(job_id).Bind(NumberOf(step)).Bind(part).Step());
+  return found ? query.Bytes(0) : "";
+}
+
+absl::StatusOr<bool> PartQueue::Reopen(const std::string& job_id, PartStep step, int part,
+                                       const std::string& result) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("UPDATE job_parts SET result = '' WHERE job_id = $1 AND step"
+                                      " = $2 AND part = $3 AND result = $4"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(job_id).Bind(NumberOf(step)).Bind(part).Bind(result).Run());
+  return database_->Changes() == 1;
+}
+
+absl::Status PartQueue::Release(const std::string& job_id, const std::string& worker) {
+  return database_->TransactUnflushed([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(
+        Query query, database_->Prepare("UPDATE job_parts SET worker = '', lease_until = NULL"
+                                        " WHERE job_id = $1 AND worker = $2"));
+    return query.Bind(job_id).Bind(worker).Post();
+  });
+}
+
+absl::Status PartQueue::Renew(const std::string& worker) {
+  static const std::string renew =
+      absl::StrCat("UPDATE job_parts SET lease_until = now() + ", kLease, " WHERE worker = $1");
+  static const std::string free = absl::StrCat(
+      "UPDATE job_parts SET worker = '', lease_until = NULL WHERE (job_id, step, part) IN (SELECT"
+      " job_id, step, part FROM job_parts WHERE worker <> '' AND lease_until < now() AND"
+      " pg_postmaster_start_time() < now() - ",
+      kLease, " FOR UPDATE SKIP LOCKED)");
+  return database_->TransactUnflushed([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(renew));
+    RILIEVO_RETURN_IF_ERROR(query.Bind(worker).Post());
+    RILIEVO_ASSIGN_OR_RETURN(Query lost, database_->Prepare(free));
+    return lost.Post();
+  });
+}
+
+absl::StatusOr<std::vector<std::string>> PartQueue::JobsToHelp(const std::string& worker,
+                                                               int64_t memory) {
+  static const std::string sql = absl::StrCat(
+      "SELECT job_id FROM queue WHERE worker <> '' AND worker <> $1 AND memory <= $2 AND"
+      " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND claim < ",
+      kMostTries, " AND job_parts.", kOpen, ") ORDER BY number LIMIT 16");
+  RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
+  query.Bind(worker).Bind(memory);
+  std::vector<std::string> jobs;
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
+    if (!row) return jobs;
+    jobs.push_back(query.Bytes(0));
+  }
+}
+
+absl::StatusOr<bool> PartQueue::Waits(const std::string& job_id) {
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1"));
+  return query.Bind(job_id).Step();
+}
+
+absl::StatusOr<std::vector<std::string>> PartQueue::Drop(const std::string& job_id) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("DELETE FROM job_parts WHERE job_id = $1 RETURNING result"));
+  query.Bind(job_id);
+  std::vector<std::string> blobs;
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
+    if (!row) return blobs;
+    if (std::string blob = query.Bytes(0); !blob.empty()) blobs.push_back(std::move(blob));
+  }
+}
+
+absl::StatusOr<std::vector<std::pair<std::string, std::string>>> PartQueue::DropLost() {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("DELETE FROM job_parts WHERE NOT EXISTS(SELECT 1 FROM queue WHERE"
+                         " queue.job_id = job_parts.job_id) RETURNING owner, result"));
+  std::vector<std::pair<std::string, std::string>> blobs;
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
+    if (!row) return blobs;
+    if (std::string blob = query.Bytes(1); !blob.empty()) {
+      blobs.emplace_back(query.Bytes(0), std::move(blob));
+    }
+  }
+}
+
+}  // namespace rilievo

@@ -1,0 +1,93 @@
+// The parts of large jobs of a shared store: who does which, and what came of it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/paging/shared_parts.h"
+#include "server/store/database.h"
+
+namespace rilievo {
+
+// Who works on the parts of a job: the worker that has the job's claim and leads, or one that
+// helps.
+struct PartWorker {
+  std::string job_id, owner;
+  std::string worker;
+  int64_t claim = 0;  // of the job; 0: helps
+};
+
+// A part that a worker has taken. What it writes with an older number is refused.
+struct PartClaim {
+  std::string job_id, owner;
+  PartStep step = PartStep::kCoarse;
+  int part = 0;
+  int64_t number = 0;
+  std::string worker;
+};
+
+// Rows of the table `job_parts` of PostgreSQL. Leases are those of JobQueue.
+class PartQueue {
+ public:
+  explicit PartQueue(Database* database) : database_(database) {}
+
+  struct Turn {
+    std::optional<PartClaim> claim;  // unset: others do what is left, or nothing is
+    int done = 0;
+  };
+  // The next of the step's `count` parts, in a transaction of its own. One part in `checked_share`
+  // of a step that has several is done twice, by another worker where there is one. Those who help
+  // leave a part that was taken kMostTries times to the worker that leads.
+  // FAILED_PRECONDITION when the job is finished, was removed, or has another leader; INTERNAL when
+  // other workers have cut the step into another number of parts.
+  absl::StatusOr<Turn> Take(const PartWorker& worker, PartStep step, int count,
+                            int64_t checked_share);
+
+  enum class Kept {
+    kFirst,   // `result` is what is kept of it
+    kSame,    // it was there, and is the same
+    kOthers,  // the claim is no longer in force: somebody else does it
+  };
+  // Within a transaction. INTERNAL when the part was done before, and something else came of it.
+  absl::StatusOr<Kept> Finish(const PartClaim& claim, const std::string& result);
+
+  // The blob of a part that is done; empty when there is none.
+  absl::StatusOr<std::string> Result(const std::string& job_id, PartStep step, int part);
+
+  // Within a transaction: a part whose blob is lost is to be done again; false when it has another.
+  absl::StatusOr<bool> Reopen(const std::string& job_id, PartStep step, int part,
+                              const std::string& result);
+
+  // Gives back what a worker has taken of a job. In a transaction of its own.
+  absl::Status Release(const std::string& job_id, const std::string& worker);
+
+  // Leases of the worker go on; parts whose lease is over are free. In a transaction of its own.
+  absl::Status Renew(const std::string& worker);
+
+  // Jobs with parts that wait for somebody to help, oldest first: of those that another one leads,
+  // and that need no more memory.
+  absl::StatusOr<std::vector<std::string>> JobsToHelp(const std::string& worker, int64_t memory);
+
+  // Whether the job is not finished.
+  absl::StatusOr<bool> Waits(const std::string& job_id);
+
+  // Within a transaction: the blobs of a job's parts, which are forgotten.
+  absl::StatusOr<std::vector<std::string>> Drop(const std::string& job_id);
+  // The same of jobs that are not there, as servers of an older version leave them: owner and blob.
+  absl::StatusOr<std::vector<std::pair<std::string, std::string>>> DropLost();
+
+ private:
+  absl::StatusOr<bool> IsInForce(const PartWorker& worker);
+  // How many parts the step has, after they were made where there were none.
+  absl::StatusOr<int> Make(const PartWorker& worker, PartStep step, int count,
+                           int64_t checked_share, int* done);
+
+  Database* const database_;
+};
+
+}  // namespace rilievo
