@@ -11,8 +11,9 @@
 namespace rilievo {
 namespace {
 
-// A job that cannot be helped here, as for want of room on the disk, is left to others for so long.
-constexpr std::chrono::seconds kLeftAlone{30};
+// A job that cannot be helped here, as for want of room on the disk, is left to others for so long;
+// one whose process was killed not quite so long.
+constexpr std::chrono::seconds kLeftAlone{30}, kKilledPause{1};
 
 }  // namespace
 
@@ -60,7 +61,7 @@ void PartHelpers::Work(const std::string& job_id, const std::shared_ptr<JobRun>&
   const std::lock_guard lock(mutex_);
   if (!done.ok() && !run->stopped()) {
     LogMessage(absl::StrCat("job ", job_id, ": not helped: ", done.message()));
-    left_[job_id] = Clock::now() + kLeftAlone;
+    left_[job_id] = Clock::now() + (absl::IsAborted(done) ? kKilledPause : kLeftAlone);
   }
   helped_.erase(job_id);
   idle_.notify_all();  // under the lock: whoever waits may destroy this object

@@ -1,9 +1,12 @@
 // Jobs that need more memory than the server gives one: made by parts, on its scratch disk.
+#include <csignal>
 #include <filesystem>
+#include <future>
 
 #include "client/library/status_conversion.h"
 #include "core/paging/scan_pager.h"
 #include "tests/integration/jobs/jobs_fixture.h"
+#include "tests/unit/server/postgres/test_postgres.h"
 
 namespace rilievo {
 namespace {
@@ -25,11 +28,12 @@ class PartsOfJobsTest : public JobsTest {
   PartsOfJobsTest() { std::filesystem::create_directory(scratch_); }
 
   // Of as little memory as parts take.
-  void StartSmallServer(std::vector<std::string> arguments = {}) {
+  std::vector<std::string> SmallServer(std::vector<std::string> arguments = {}) const {
     arguments.insert(arguments.end(), {"--scratch", scratch_, "--part-points",
                                        std::to_string(kPartPoints), "--memory-budget", "90000000"});
-    StartServer(arguments);
+    return arguments;
   }
+  void StartSmallServer() { StartServer(SmallServer()); }
 
   static std::vector<uint8_t> ExpectedByParts(const PointCloud& scan) {
     ScanPager pager = ScanPager::Create(ScratchFolder(testing::TempDir())).value();
@@ -63,6 +67,31 @@ TEST_F(PartsOfJobsTest, TheyMakeTheBytesOfOneMachineThoughTheServerBeKilled) {
   ASSERT_TRUE(surface.ok()) << surface.status();
   EXPECT_EQ(*surface, expected);
   EXPECT_TRUE(std::filesystem::is_empty(scratch_));
+}
+
+// Helpers and whoever leads are killed, in turn.
+TEST_F(PartsOfJobsTest, TheWorkersOfAFleetShareThemThoughTheyBeKilled) {
+  RILIEVO_TEST_POSTGRES(postgres);
+  const std::string store = postgres->NewDatabase();
+  const PointCloud scan = SphereScan(13'000);
+  const std::vector<uint8_t> expected = ExpectedByParts(scan);
+  std::vector<std::unique_ptr<DaemonProcess>> fleet;
+  for (int i = 0; i < 3; ++i) {
+    fleet.push_back(std::make_unique<DaemonProcess>(SmallServer({"--store", store})));
+  }
+  address_ = fleet[0]->address();
+  const auto job = Client().Submit(PackScan(scan), HungryOptions(), "kept");
+  ASSERT_TRUE(job.ok()) << job.status();
+  auto ended = std::async(std::launch::async, [&] { return Client().Watch(job->job_id()); });
+  for (size_t i = 0; ended.wait_for(std::chrono::milliseconds(400)) != std::future_status::ready;) {
+    for (const pid_t worker : fleet[i++ % fleet.size()]->Workers()) kill(worker, SIGKILL);
+  }
+  const auto state = ended.get();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(state->state(), v1::JOB_STATE_SUCCEEDED) << state->error().message();
+  const auto surface = Client().Fetch(job->job_id());
+  ASSERT_TRUE(surface.ok()) << surface.status();
+  EXPECT_EQ(*surface, expected);
 }
 
 TEST_F(PartsOfJobsTest, WithoutTheFolderTheyAreRefusedAndNoServerStarts) {

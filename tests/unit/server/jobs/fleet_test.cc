@@ -1,12 +1,43 @@
 // Several servers over one store in PostgreSQL, each with a gRPC server inside this process.
 #include <future>
 
+#include "core/base/status_macros.h"
+#include "server/postgres/postgres_database.h"
 #include "server/postgres/postgres_store.h"
 #include "tests/unit/server/jobs/jobs_fixture.h"
 #include "tests/unit/server/postgres/test_postgres.h"
 
 namespace rilievo {
 namespace {
+
+// Of a step of four parts, whose bytes are their numbers. Each is work of the test's; the surface
+// is what came of all.
+absl::StatusOr<JobResult> DoParts(SharedParts* shared, FakeJobWork* work,
+                                  const RunContext& context) {
+  constexpr PartStep kStep = PartStep::kHeights;
+  constexpr int kParts = 4;
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, shared->Next(kStep, kParts));
+    if (!turn.part) break;
+    RILIEVO_ASSIGN_OR_RETURN(JobResult result, work->Run(context));
+    std::vector<uint8_t> bytes = {static_cast<uint8_t>('0' + *turn.part)};
+    RILIEVO_RETURN_IF_ERROR(shared->Keep(
+        kStep, *turn.part, [&, told = false]() mutable -> absl::StatusOr<std::span<const uint8_t>> {
+          if (std::exchange(told, true)) bytes.clear();
+          return bytes;
+        }));
+  }
+  JobResult result;
+  if (!shared->leads()) return result;
+  std::vector<uint8_t>& surface = result.encoded.chunks.emplace_back();
+  for (int part = 0; part < kParts; ++part) {
+    RILIEVO_RETURN_IF_ERROR(shared->Fetch(kStep, part, [&](std::span<const uint8_t> piece) {
+      surface.insert(surface.end(), piece.begin(), piece.end());
+      return absl::OkStatus();
+    }));
+  }
+  return result;
+}
 
 class FleetTest : public testing::Test {
  protected:
@@ -42,9 +73,13 @@ class FleetTest : public testing::Test {
     options.serve_only = serve_only;
     options.max_concurrent_jobs = 1;
     options.max_waiting_jobs = 20;
+    options.scratch = testing::TempDir();
+    options.part_points = 2048;
+    options.memory_budget = 90'000'000;
     member->core = std::make_unique<ServiceCore>(
         options,
-        [work = &member->work](const JobRequest&, ScanBytes, const RunContext& context) {
+        [work = &member->work](const JobRequest& job, ScanBytes, const RunContext& context) {
+          if (job.parts) return DoParts(job.parts->shared.get(), work, context);
           if (context.progress) context.progress({Stage::kDomainFit, 0.5});
           return work->Run(context);
         },
@@ -78,14 +113,17 @@ class FleetTest : public testing::Test {
     return stream->Finish();
   }
 
-  static grpc::Status Create(Member* at, const std::string& request_id, v1::Job* job) {
+  // `points`: many do not fit into memory.
+  static grpc::Status Create(Member* at, const std::string& request_id, v1::Job* job,
+                             size_t points = 20) {
     v1::UploadScanResponse scan;
-    const grpc::Status sent = Upload(at, std::string(20 * 12, 'x'), &scan);
+    const grpc::Status sent = Upload(at, std::string(points * 12, 'x'), &scan);
     if (!sent.ok()) return sent;
     v1::CreateJobRequest request;
     request.set_request_id(request_id);
     request.set_scan_id(scan.scan_id());
-    request.mutable_header()->set_point_count(20);
+    request.mutable_header()->set_point_count(points);
+    request.mutable_header()->mutable_options()->mutable_fit()->set_sample_level(4);
     request.mutable_header()->set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT32_LE);
     v1::CreateJobResponse response;
     grpc::ClientContext context;
@@ -94,9 +132,9 @@ class FleetTest : public testing::Test {
     return created;
   }
 
-  static std::string Created(Member* at, const std::string& request_id) {
+  static std::string Created(Member* at, const std::string& request_id, size_t points = 20) {
     v1::Job job;
-    const grpc::Status status = Create(at, request_id, &job);
+    const grpc::Status status = Create(at, request_id, &job, points);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return job.job_id();
   }
@@ -132,6 +170,7 @@ class FleetTest : public testing::Test {
     return Get(at, id);
   }
 
+  static constexpr size_t kMany = 13'000;
   TestPostgres* database_ = nullptr;
   std::string url_;
 };
@@ -251,6 +290,43 @@ TEST_F(FleetTest, ADatabaseThatIsAwayIsWaitedFor) {
   const v1::Job done = WaitForState(front.get(), id, v1::JOB_STATE_SUCCEEDED);
   EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);
   EXPECT_EQ(done.attempts(), 1u) << "its worker went on meanwhile";
+}
+
+TEST_F(FleetTest, WhoHasNothingElseToDoHelpsWithALargeJob) {
+  const auto leader = Join(/*serve_only=*/false, /*wait=*/true);
+  const std::string id = Created(leader.get(), "large", kMany);
+  ASSERT_TRUE(leader->work.WaitForBegun(1));
+  const auto helper = Join(/*serve_only=*/false);
+  PostgresDatabase database(url_);
+  const char* const kDone = "SELECT COUNT(*) FROM job_parts WHERE result <> ''";
+  for (int i = 0; i < 1000 && *database.Number(kDone) < 3; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_TRUE(helper->work.WaitForBegun(3)) << "of four parts all but the leader's";
+  leader->work.Release();
+  const v1::Job done = WaitForState(helper.get(), id, v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED) << done.error().message();
+  EXPECT_EQ(absl::BytesToHexString(done.surface().sha256()), ContentNameOf("0123"));
+  EXPECT_EQ(done.attempts(), 1u);
+  EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM job_parts"), 0);
+  Created(leader.get(), "next");
+  EXPECT_TRUE(leader->work.WaitForBegun(2) || helper->work.WaitForBegun(4)) << "both are free";
+}
+
+TEST_F(FleetTest, ACancelStopsThoseWhoHelp) {
+  const auto leader = Join(/*serve_only=*/false, /*wait=*/true);
+  const std::string id = Created(leader.get(), "large", kMany);
+  ASSERT_TRUE(leader->work.WaitForBegun(1));
+  const auto helper = Join(/*serve_only=*/false, /*wait=*/true);
+  ASSERT_TRUE(helper->work.WaitForBegun(1));
+  v1::CancelJobRequest request;
+  request.set_job_id(id);
+  v1::CancelJobResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(leader->stub->CancelJob(&context, request, &response).ok());
+  for (const char* next : {"a", "b"}) Created(leader.get(), next);
+  EXPECT_TRUE(leader->work.WaitForBegun(2));
+  EXPECT_TRUE(helper->work.WaitForBegun(2));
 }
 
 TEST_F(FleetTest, TheLimitOfWaitingJobsIsTheFleets) {

@@ -1,0 +1,178 @@
+// The parts of a large job, which several workers of a store do.
+#include <thread>
+
+#include "server/store/content_name.h"
+#include "tests/unit/server/store/job_store_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr PartStep kStep = PartStep::kFit;
+
+class SharedPartsTest : public StoreFixture {
+ protected:
+  SharedPartsTest() : StoreFixture(StorePlace::kPostgres) { settings_.checked_share = 4; }
+
+  void SetUp() override {
+    StoreFixture::SetUp();
+    if (!store_) return;
+    database_ = std::make_unique<PostgresDatabase>(url_);
+    // Its sum is 96 = 0 modulo 4: part 0 is done twice, and part 4.
+    ASSERT_TRUE(store_->Insert(NewJob("`", "ann")).ok());
+    job_ = **store_->Claim({.worker = "leader", .memory = 1'000});
+  }
+
+  PartWorker Leader() const { return {"`", "ann", "leader", job_.claim}; }
+  static PartWorker Helper(const std::string& name = "helper") { return {"`", "ann", name, 0}; }
+
+  std::optional<PartClaim> Take(const PartWorker& worker, int count = 3) {
+    const auto turn = store_->TakePart(worker, kStep, count);
+    EXPECT_TRUE(turn.ok()) << turn.status();
+    return turn.ok() ? turn->claim : std::nullopt;
+  }
+  int TakenPart(const PartWorker& worker) {
+    const auto claim = Take(worker);
+    return claim ? claim->part : -1;
+  }
+
+  absl::Status Keep(const PartClaim& claim, const std::string& bytes) {
+    std::string_view left = bytes;
+    return store_->KeepPart(
+        claim, [&]() -> absl::StatusOr<std::string_view> { return std::exchange(left, {}); });
+  }
+
+  std::string Bytes(int part) {
+    std::string name, bytes;
+    const auto file = store_->ReadPart("`", kStep, part, &name);
+    if (!file.ok()) return std::string(file.status().message());
+    bytes.resize(static_cast<size_t>(*file->Size()));
+    EXPECT_TRUE(file->ReadAt(0, bytes.data(), bytes.size()).ok());
+    return bytes;
+  }
+
+  std::vector<std::string> ToHelp(const std::string& worker, int64_t memory = 1'000,
+                                  const std::set<std::string>& except = {}) {
+    const auto job = store_->JobToHelp({.worker = worker, .memory = memory}, except);
+    EXPECT_TRUE(job.ok()) << job.status();
+    if (!job.ok() || !*job) return {};
+    EXPECT_EQ((*job)->worker, worker);
+    return {(*job)->job.job_id()};
+  }
+
+  StoredJob job_;
+  std::unique_ptr<PostgresDatabase> database_;
+};
+
+TEST_F(SharedPartsTest, EachIsDoneOnceAndReadByAll) {
+  EXPECT_THAT(ToHelp("helper"), IsEmpty()) << "it has no parts yet";
+  const auto first = Take(Leader()), second = Take(Helper()), third = Take(Helper("other"));
+  ASSERT_TRUE(first && second && third);
+  EXPECT_THAT((std::vector{first->part, second->part, third->part}), ElementsAre(0, 1, 2));
+  EXPECT_FALSE(Take(Helper()));
+  ASSERT_TRUE(Keep(*third, "33").ok());
+  ASSERT_TRUE(Keep(*second, "22").ok());
+  EXPECT_EQ(store_->TakePart(Leader(), kStep, 3)->done, 2);
+  EXPECT_EQ(Bytes(1) + Bytes(2), "2233");
+  EXPECT_TRUE(absl::IsInternal(store_->TakePart(Helper(), kStep, 5).status())) << "cut otherwise";
+}
+
+TEST_F(SharedPartsTest, ASampleIsDoneTwiceByAnotherWorkerAndCompared) {
+  const auto first = Take(Leader());
+  ASSERT_TRUE(Keep(*first, "right").ok());
+  ASSERT_TRUE(Keep(*Take(Leader()), "1").ok());
+  ASSERT_TRUE(Keep(*Take(Leader()), "2").ok());
+  const auto again = Take(Helper());
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->part, 0);
+  const absl::Status wrong = Keep(*again, "wrong");
+  EXPECT_TRUE(absl::IsInternal(wrong));
+  EXPECT_THAT(std::string(wrong.message()), testing::HasSubstr("helper"));
+  EXPECT_EQ(store_->TakePart(Helper(), kStep, 3)->done, 2);
+  ASSERT_TRUE(Keep(*again, "right").ok());
+  const auto all = store_->TakePart(Helper(), kStep, 3);
+  EXPECT_EQ(all->done, 3);
+  EXPECT_FALSE(all->claim);
+}
+
+TEST_F(SharedPartsTest, ALateResultChangesNothing) {
+  const auto late = Take(Helper("late"));
+  EXPECT_THAT(ToHelp("helper"), ElementsAre("`"));
+  EXPECT_THAT(ToHelp("leader"), IsEmpty());
+  EXPECT_THAT(ToHelp("helper", 1'000, {"`"}), IsEmpty());
+  ASSERT_TRUE(store_->ReleaseParts("`", "late").ok());
+  auto now = Take(Helper());
+  ASSERT_EQ(now->part, late->part);
+  EXPECT_GT(now->number, late->number);
+  EXPECT_TRUE(Keep(*late, "late").ok()) << "it would be the same";
+  EXPECT_EQ(store_->TakePart(Leader(), kStep, 3)->done, 0);
+  ASSERT_TRUE(Keep(*now, "00").ok());
+  EXPECT_EQ(Bytes(0), "00");
+  EXPECT_TRUE(absl::IsFailedPrecondition(
+      store_->TakePart({"`", "ann", "leader", job_.claim + 1}, kStep, 3).status()));
+}
+
+TEST_F(SharedPartsTest, APartThatEndsThreeWorkersIsLeftToTheLeader) {
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = absl::StrCat("w", i);
+    for (int part = 0; part < 3; ++part) EXPECT_EQ(TakenPart(Helper(name)), part);
+    ASSERT_TRUE(store_->ReleaseParts("`", name).ok());
+  }
+  EXPECT_EQ(TakenPart(Helper()), -1);
+  EXPECT_THAT(ToHelp("helper"), IsEmpty());
+  EXPECT_EQ(TakenPart(Leader()), 0);
+}
+
+TEST_F(SharedPartsTest, ADamagedOneIsDoneAgain) {
+  ASSERT_TRUE(Keep(*Take(Leader()), "00").ok());
+  ASSERT_TRUE(Keep(*Take(Leader()), "11").ok());
+  ASSERT_TRUE(store_->DropPart(Leader(), kStep, 1, ContentNameOf("11")).ok());
+  EXPECT_THAT(reports_, ElementsAre("part 1 of job ` is damaged; it is set aside"));
+  EXPECT_EQ(TakenPart(Helper()), 1);
+  EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("11")).ok());
+  EXPECT_EQ(Bytes(0), "00");
+  Counts();
+}
+
+TEST_F(SharedPartsTest, TheyGoWithTheJobHoweverItEnds) {
+  const auto done = Take(Leader()), begun = Take(Helper());
+  ASSERT_TRUE(Keep(*done, "some bytes").ok());
+  EXPECT_THAT(Counts(), testing::HasSubstr(ContentNameOf("some bytes")));
+  Reopen();
+  StoredJob ended = job_;
+  ended.job.set_state(v1::JOB_STATE_CANCELLED);
+  ASSERT_TRUE(store_->Update(ended).ok());
+  EXPECT_FALSE(*store_->IsUnfinished("`"));
+  EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("some bytes")).ok());
+  EXPECT_EQ(*database_->Number("SELECT COUNT(*) FROM job_parts"), 0);
+  EXPECT_TRUE(absl::IsFailedPrecondition(Keep(*begun, "late")));
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(Helper(), kStep, 3).status()));
+  EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("late")).ok());
+  Counts();
+}
+
+// Servers of an older version know no parts.
+TEST_F(SharedPartsTest, ThoseOfAJobThatIsGoneAreSweptUp) {
+  ASSERT_TRUE(Keep(*Take(Leader()), "some bytes").ok());
+  ASSERT_TRUE(database_->Execute("DELETE FROM queue").ok());
+  ASSERT_TRUE(store_->Clean().ok());
+  EXPECT_EQ(*database_->Number("SELECT COUNT(*) FROM job_parts"), 0);
+  EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("some bytes")).ok());
+}
+
+TEST_F(SharedPartsTest, LeasesRunOutUnlessTheyAreRenewed) {
+  ASSERT_TRUE(Take(Leader()));
+  ASSERT_TRUE(Take(Helper("lost")));
+  ASSERT_TRUE(
+      database_->Execute("UPDATE job_parts SET lease_until = now() - interval '1 second'").ok());
+  const char* const kYoung =
+      "SELECT CAST(pg_postmaster_start_time() >= now() - interval '15 seconds' AS INTEGER)";
+  while (*database_->Number(kYoung) != 0) std::this_thread::sleep_for(std::chrono::seconds(1));
+  ASSERT_TRUE(store_->Renew({.worker = "leader", .memory = 1'000}).ok());
+  EXPECT_EQ(TakenPart(Helper()), 1) << "the leader's goes on";
+}
+
+}  // namespace
+}  // namespace rilievo
