@@ -85,7 +85,7 @@ absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
           "the job is to be made by parts, and this worker has no --scratch"));
     }
     if (store_->shared()) {
-      parts_ = std::make_shared<PartsInStore>(store_, stored_, stop_.get_token());
+      parts_ = std::make_shared<PartsInStore>(store_, stored_, core_->options, stop_.get_token());
     }
     job->parts = {static_cast<int64_t>(stored_.job.part_points()), ScratchFolder(scratch), parts_};
   }

@@ -40,7 +40,7 @@ bool PartHelpers::Help(const ClaimDemand& demand) {
     for (const auto& [id, helped] : helped_) except.insert(id);
     for (const auto& [id, until] : left_) except.insert(id);
   }
-  const auto found = store_->JobToHelp(demand, except);
+  const auto found = store_->JobToHelp(demand, PartsInStore::Recipe(core_->options), except);
   if (!found.ok() || !*found) return false;
   const StoredJob& stored = **found;
   const std::string& id = stored.job.job_id();

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "server/store/content_name.h"
@@ -39,20 +40,34 @@ absl::StatusOr<bool> CopyBlob(const FileDescriptor& file, const std::string& sha
 
 }  // namespace
 
-PartsInStore::PartsInStore(JobStore* store, const StoredJob& job, std::stop_token stop)
+PartsInStore::PartsInStore(JobStore* store, const StoredJob& job, const ServerOptions& options,
+                           std::stop_token stop)
     : store_(store),
-      worker_{
-          .job_id = job.job.job_id(), .owner = job.owner, .worker = job.worker, .claim = job.claim},
+      worker_{.job_id = job.job.job_id(),
+              .owner = job.owner,
+              .worker = job.worker,
+              .claim = job.claim,
+              .recipe = Recipe(options)},
       stop_(std::move(stop)) {}
+
+std::string PartsInStore::Recipe(const ServerOptions& options) {
+  return absl::StrCat(RILIEVO_VERSION, " ", options.max_surface_faces);
+}
 
 // Where that fails, its lease runs out.
 PartsInStore::~PartsInStore() {
   if (claim_) store_->ReleaseParts(worker_.job_id, worker_.worker).IgnoreError();
 }
 
+absl::StatusOr<PartQueue::Turn> PartsInStore::TryNext(PartStep step, int count) {
+  if (leads() && !begun_) RILIEVO_RETURN_IF_ERROR(store_->LeadParts(worker_));
+  begun_ = true;
+  return store_->TakePart(worker_, step, count);
+}
+
 absl::StatusOr<SharedParts::Turn> PartsInStore::Next(PartStep step, int count) {
   while (!stop_.stop_requested()) {
-    const auto turn = store_->TakePart(worker_, step, count);
+    const auto turn = TryNext(step, count);
     if (turn.ok() && (turn->claim || turn->done == count)) {
       claim_ = turn->claim;
       Turn next{std::nullopt, turn->done};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/paging/shared_parts.h"
+#include "server/conversion/server_options.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {
@@ -18,7 +19,8 @@ class PartsInStore final : public SharedParts {
  public:
   // `job`: with the claim and the name of the worker that leads; of one that helps, without a
   // claim. `store` outlives it.
-  PartsInStore(JobStore* store, const StoredJob& job, std::stop_token stop);
+  PartsInStore(JobStore* store, const StoredJob& job, const ServerOptions& options,
+               std::stop_token stop);
   // What was begun is free for others.
   ~PartsInStore() override;
 
@@ -27,13 +29,19 @@ class PartsInStore final : public SharedParts {
   absl::Status Keep(PartStep step, int part, const PieceSource& next) override;
   absl::Status Fetch(PartStep step, int part, const PieceSink& take) override;
 
+  // What its parts depend on besides the job.
+  static std::string Recipe(const ServerOptions& options);
+
   // How many parts were kept.
   int kept() const { return kept_; }
 
  private:
+  absl::StatusOr<PartQueue::Turn> TryNext(PartStep step, int count);
+
   JobStore* const store_;
   const PartWorker worker_;
   const std::stop_token stop_;
+  bool begun_ = false;
   std::optional<PartClaim> claim_;
   int kept_ = 0;
 };

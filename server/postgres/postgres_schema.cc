@@ -90,12 +90,14 @@ constexpr Migration kMigrations[] = {{1, R"(
   CREATE INDEX objects_to_remove ON objects(remove_after) WHERE remove_after IS NOT NULL)"},
                                      {1, R"(
   -- Parts of jobs that several workers share: who does them (nobody: an empty name), until when;
-  -- `result`: the blob that came of one, `twice`: which is to be done again, and compared.
+  -- `recipe`: the workers'
+  -- version and limits; `result`: the blob that came of one; `twice`: to be done again, and compared.
   CREATE TABLE job_parts(
     job_id BYTEA NOT NULL,
     step BIGINT NOT NULL,
     part BIGINT NOT NULL,
     owner BYTEA NOT NULL,
+    recipe BYTEA NOT NULL,
     worker BYTEA NOT NULL DEFAULT '',
     claim BIGINT NOT NULL DEFAULT 0,
     lease_until TIMESTAMPTZ,

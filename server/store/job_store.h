@@ -153,6 +153,8 @@ class JobStore {
   absl::StatusOr<JobQueue::Counts> CountUnfinished(const std::string& client);
 
   // Parts of a large job; see PartQueue.
+  // Drops those of another recipe, as workers of another version have left them.
+  absl::Status LeadParts(const PartWorker& leader);
   absl::StatusOr<PartQueue::Turn> TakePart(const PartWorker& worker, PartStep step, int count);
   // Stores what came of it. OK also where somebody else has it by now: it is the same.
   // FAILED_PRECONDITION where the job is not there any more; INTERNAL as PartQueue::Finish().
@@ -166,6 +168,7 @@ class JobStore {
   absl::Status ReleaseParts(const std::string& job_id, const std::string& worker);
   // Of the jobs with parts that wait for help, the first that is none of `except`.
   absl::StatusOr<std::optional<StoredJob>> JobToHelp(const ClaimDemand& worker,
+                                                     const std::string& recipe,
                                                      const std::set<std::string>& except);
   // Whether somebody still waits for it.
   absl::StatusOr<bool> IsUnfinished(const std::string& job_id);

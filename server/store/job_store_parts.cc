@@ -7,6 +7,17 @@
 
 namespace rilievo {
 
+absl::Status JobStore::LeadParts(const PartWorker& leader) {
+  const auto tables = tables_->Take();
+  return Free(tables.get(), [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const auto blobs, PartQueue(&tables->database()).DropOthers(leader));
+    for (const std::string& blob : blobs) {
+      RILIEVO_RETURN_IF_ERROR(tables->DropPart(leader.owner, blob));
+    }
+    return absl::OkStatus();
+  });
+}
+
 absl::StatusOr<PartQueue::Turn> JobStore::TakePart(const PartWorker& worker, PartStep step,
                                                    int count) {
   const auto tables = tables_->Take();
@@ -58,10 +69,12 @@ absl::Status JobStore::ReleaseParts(const std::string& job_id, const std::string
 }
 
 absl::StatusOr<std::optional<StoredJob>> JobStore::JobToHelp(const ClaimDemand& worker,
+                                                             const std::string& recipe,
                                                              const std::set<std::string>& except) {
   const auto tables = tables_->Take();
-  RILIEVO_ASSIGN_OR_RETURN(const auto ids,
-                           PartQueue(&tables->database()).JobsToHelp(worker.worker, worker.memory));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const auto ids,
+      PartQueue(&tables->database()).JobsToHelp(worker.worker, worker.memory, recipe));
   for (const std::string& id : ids) {
     if (except.count(id) != 0) continue;
     RILIEVO_ASSIGN_OR_RETURN(auto stored, tables->Find(id));

@@ -40,19 +40,24 @@ absl::StatusOr<int> PartQueue::Make(const PartWorker& worker, PartStep step, int
   RILIEVO_ASSIGN_OR_RETURN(
       Query query,
       database_->Prepare("SELECT COUNT(*), COUNT(*) FILTER (WHERE result <> '' AND"
-                         " twice = 0) FROM job_parts WHERE job_id = $1 AND step = $2"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(worker.job_id).Bind(NumberOf(step)).Step().status());
+                         " twice = 0), COUNT(*) FILTER (WHERE recipe <> $3) FROM job_parts WHERE"
+                         " job_id = $1 AND step = $2"));
+  RILIEVO_RETURN_IF_ERROR(
+      query.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.recipe).Step().status());
   const auto found = static_cast<int>(query.Integer(0));
   *done = static_cast<int>(query.Integer(1));
+  const bool is_ours = query.Integer(2) == 0;
   RILIEVO_RETURN_IF_ERROR(query.Run());
+  if (!is_ours) return absl::FailedPreconditionError("its parts are by another version");
   if (found > 0) return found;
   RILIEVO_ASSIGN_OR_RETURN(
       Query insert,
-      database_->Prepare("INSERT INTO job_parts(job_id, step, part, owner, twice) SELECT $1, $2,"
-                         " part, $3, CASE WHEN $4 > 1 AND part % $5 = $6 THEN 1 ELSE 0 END FROM"
-                         " generate_series(0, $4 - 1) AS part ON CONFLICT DO NOTHING"));
+      database_->Prepare(
+          "INSERT INTO job_parts(job_id, step, part, owner, recipe, twice) SELECT"
+          " $1, $2, part, $3, $7, CASE WHEN $4 > 1 AND part % $5 = $6 THEN 1 ELSE 0 END FROM"
+          " generate_series(0, $4 - 1) AS part ON CONFLICT DO NOTHING"));
   insert.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.owner).Bind(count);
-  insert.Bind(checked_share).Bind(FirstChecked(worker.job_id, checked_share));
+  insert.Bind(checked_share).Bind(FirstChecked(worker.job_id, checked_share)).Bind(worker.recipe);
   RILIEVO_RETURN_IF_ERROR(insert.Run());
   return count;
 }
@@ -166,13 +171,15 @@ absl::Status PartQueue::Renew(const std::string& worker) {
 }
 
 absl::StatusOr<std::vector<std::string>> PartQueue::JobsToHelp(const std::string& worker,
-                                                               int64_t memory) {
+                                                               int64_t memory,
+                                                               const std::string& recipe) {
   static const std::string sql = absl::StrCat(
       "SELECT job_id FROM queue WHERE worker <> '' AND worker <> $1 AND memory <= $2 AND"
-      " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND claim < ",
+      " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND recipe = $3 AND"
+      " job_parts.claim < ",
       kMostTries, " AND job_parts.", kOpen, ") ORDER BY number LIMIT 16");
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
-  query.Bind(worker).Bind(memory);
+  query.Bind(worker).Bind(memory).Bind(recipe);
   std::vector<std::string> jobs;
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
@@ -187,16 +194,30 @@ absl::StatusOr<bool> PartQueue::Waits(const std::string& job_id) {
   return query.Bind(job_id).Step();
 }
 
+absl::StatusOr<std::vector<std::string>> PartQueue::BlobsOf(Query* query) {
+  std::vector<std::string> blobs;
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool row, query->Step());
+    if (!row) return blobs;
+    if (std::string blob = query->Bytes(0); !blob.empty()) blobs.push_back(std::move(blob));
+  }
+}
+
 absl::StatusOr<std::vector<std::string>> PartQueue::Drop(const std::string& job_id) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("DELETE FROM job_parts WHERE job_id = $1 RETURNING result"));
   query.Bind(job_id);
-  std::vector<std::string> blobs;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return blobs;
-    if (std::string blob = query.Bytes(0); !blob.empty()) blobs.push_back(std::move(blob));
-  }
+  return BlobsOf(&query);
+}
+
+absl::StatusOr<std::vector<std::string>> PartQueue::DropOthers(const PartWorker& leader) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("DELETE FROM job_parts WHERE job_id = $1 AND recipe <> $2 AND"
+                         " EXISTS(SELECT 1 FROM queue WHERE queue.job_id = $1 AND queue.claim = $3"
+                         " AND queue.worker = $4) RETURNING result"));
+  query.Bind(leader.job_id).Bind(leader.recipe).Bind(leader.claim).Bind(leader.worker);
+  return BlobsOf(&query);
 }
 
 absl::StatusOr<std::vector<std::pair<std::string, std::string>>> PartQueue::DropLost() {

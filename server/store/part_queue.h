@@ -20,6 +20,8 @@ struct PartWorker {
   std::string job_id, owner;
   std::string worker;
   int64_t claim = 0;  // of the job; 0: helps
+  std::string recipe =
+      {};  // what parts depend on besides the job: version and limits of the worker
 };
 
 // A part that a worker has taken. What it writes with an older number is refused.
@@ -43,7 +45,8 @@ class PartQueue {
   // The next of the step's `count` parts, in a transaction of its own. One part in `checked_share`
   // of a step that has several is done twice, by another worker where there is one. Those who help
   // leave a part that was taken kMostTries times to the worker that leads.
-  // FAILED_PRECONDITION when the job is finished, was removed, or has another leader; INTERNAL when
+  // FAILED_PRECONDITION when the job is finished, was removed, or has another leader or parts of
+  // another recipe; INTERNAL when
   // other workers have cut the step into another number of parts.
   absl::StatusOr<Turn> Take(const PartWorker& worker, PartStep step, int count,
                             int64_t checked_share);
@@ -70,19 +73,23 @@ class PartQueue {
   absl::Status Renew(const std::string& worker);
 
   // Jobs with parts that wait for somebody to help, oldest first: of those that another one leads,
-  // and that need no more memory.
-  absl::StatusOr<std::vector<std::string>> JobsToHelp(const std::string& worker, int64_t memory);
+  // that need no more memory, by the same recipe.
+  absl::StatusOr<std::vector<std::string>> JobsToHelp(const std::string& worker, int64_t memory,
+                                                      const std::string& recipe);
 
   // Whether the job is not finished.
   absl::StatusOr<bool> Waits(const std::string& job_id);
 
   // Within a transaction: the blobs of a job's parts, which are forgotten.
   absl::StatusOr<std::vector<std::string>> Drop(const std::string& job_id);
+  // The same of its parts by other recipes, which the worker that leads does again.
+  absl::StatusOr<std::vector<std::string>> DropOthers(const PartWorker& leader);
   // The same of jobs that are not there, as servers of an older version leave them: owner and blob.
   absl::StatusOr<std::vector<std::pair<std::string, std::string>>> DropLost();
 
  private:
   absl::StatusOr<bool> IsInForce(const PartWorker& worker);
+  static absl::StatusOr<std::vector<std::string>> BlobsOf(Query* query);
   // How many parts the step has, after they were made where there were none.
   absl::StatusOr<int> Make(const PartWorker& worker, PartStep step, int count,
                            int64_t checked_share, int* done);

@@ -1,5 +1,7 @@
 #include "server/worker/parts_server.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <span>
 #include <string>
 
@@ -82,9 +84,12 @@ absl::Status PartsServer::TakePart(PartStep step, int part) {
 
 absl::Status PartsServer::SendPart(PartStep step, int part) {
   worker::ServerMessage message;
-  const auto send = [&](std::span<const uint8_t> piece) {
-    message.set_piece(piece.data(), piece.size());
-    return Send(message);
+  const auto send = [&](std::span<const uint8_t> piece) -> absl::Status {
+    for (size_t at = 0; at < piece.size(); at += kPieceBytes) {
+      message.set_piece(piece.data() + at, std::min(kPieceBytes, piece.size() - at));
+      RILIEVO_RETURN_IF_ERROR(Send(message));
+    }
+    return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(job_.parts->shared->Fetch(step, part, send));
   message.set_piece("");

@@ -25,8 +25,10 @@ class SharedPartsTest : public StoreFixture {
     job_ = **store_->Claim({.worker = "leader", .memory = 1'000});
   }
 
-  PartWorker Leader() const { return {"`", "ann", "leader", job_.claim}; }
-  static PartWorker Helper(const std::string& name = "helper") { return {"`", "ann", name, 0}; }
+  PartWorker Leader() const { return {"`", "ann", "leader", job_.claim, "1"}; }
+  static PartWorker Helper(const std::string& name = "helper") {
+    return {"`", "ann", name, 0, "1"};
+  }
 
   std::optional<PartClaim> Take(const PartWorker& worker, int count = 3) {
     const auto turn = store_->TakePart(worker, kStep, count);
@@ -54,8 +56,9 @@ class SharedPartsTest : public StoreFixture {
   }
 
   std::vector<std::string> ToHelp(const std::string& worker, int64_t memory = 1'000,
-                                  const std::set<std::string>& except = {}) {
-    const auto job = store_->JobToHelp({.worker = worker, .memory = memory}, except);
+                                  const std::set<std::string>& except = {},
+                                  const std::string& recipe = "1") {
+    const auto job = store_->JobToHelp({.worker = worker, .memory = memory}, recipe, except);
     EXPECT_TRUE(job.ok()) << job.status();
     if (!job.ok() || !*job) return {};
     EXPECT_EQ((*job)->worker, worker);
@@ -111,7 +114,7 @@ TEST_F(SharedPartsTest, ALateResultChangesNothing) {
   ASSERT_TRUE(Keep(*now, "00").ok());
   EXPECT_EQ(Bytes(0), "00");
   EXPECT_TRUE(absl::IsFailedPrecondition(
-      store_->TakePart({"`", "ann", "leader", job_.claim + 1}, kStep, 3).status()));
+      store_->TakePart({"`", "ann", "leader", job_.claim + 1, "1"}, kStep, 3).status()));
 }
 
 TEST_F(SharedPartsTest, APartThatEndsThreeWorkersIsLeftToTheLeader) {
@@ -150,6 +153,23 @@ TEST_F(SharedPartsTest, TheyGoWithTheJobHoweverItEnds) {
   EXPECT_TRUE(absl::IsFailedPrecondition(Keep(*begun, "late")));
   EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(Helper(), kStep, 3).status()));
   EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("late")).ok());
+  Counts();
+}
+
+TEST_F(SharedPartsTest, ThoseOfAnotherVersionAreNotMixedIn) {
+  ASSERT_TRUE(Keep(*Take(Leader()), "00").ok());
+  EXPECT_THAT(ToHelp("helper", 1'000, {}, /*recipe=*/"2"), IsEmpty());
+  PartWorker newer = Leader();
+  newer.recipe = "2";
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(newer, kStep, 3).status()));
+  ++newer.claim;
+  ASSERT_TRUE(store_->LeadParts(newer).ok());
+  EXPECT_EQ(Bytes(0), "00") << "it has no such claim";
+  --newer.claim;
+  ASSERT_TRUE(store_->LeadParts(newer).ok());
+  EXPECT_EQ(Take(newer, /*count=*/5)->part, 0);
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(Helper(), kStep, 3).status()));
+  EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("00")).ok());
   Counts();
 }
 
