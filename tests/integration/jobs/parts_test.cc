@@ -6,6 +6,7 @@
 #include "client/library/status_conversion.h"
 #include "core/paging/scan_pager.h"
 #include "tests/integration/jobs/jobs_fixture.h"
+#include "tests/integration/parts/long_strip.h"
 #include "tests/unit/server/postgres/test_postgres.h"
 
 namespace rilievo {
@@ -19,6 +20,8 @@ constexpr int64_t kPartPoints = 2048;
 v1::ReconstructOptions HungryOptions() {
   v1::ReconstructOptions options;
   options.mutable_fit()->set_sample_level(4);
+  options.mutable_fit()->set_rounds(1);
+  options.mutable_control()->set_control_faces(500);
   options.set_max_level(0);
   return options;
 }
@@ -41,6 +44,8 @@ class PartsOfJobsTest : public JobsTest {
     const PagedScan pages = pager.Finish(RunContext{}).value();
     ReconstructOptions options;
     options.fit.sample_level = 4;
+    options.fit.rounds = 1;
+    options.control.target_faces = 500;
     options.max_level = 0;
     return ReconstructPaged(pages, PartSizes::Of(kPartPoints), options, RunContext{})
         ->encoded.Concatenate();
@@ -69,22 +74,24 @@ TEST_F(PartsOfJobsTest, TheyMakeTheBytesOfOneMachineThoughTheServerBeKilled) {
   EXPECT_TRUE(std::filesystem::is_empty(scratch_));
 }
 
-// Helpers and whoever leads are killed, in turn.
+// Whoever works at a moment is killed, first where the job is likely to be led.
 TEST_F(PartsOfJobsTest, TheWorkersOfAFleetShareThemThoughTheyBeKilled) {
   RILIEVO_TEST_POSTGRES(postgres);
   const std::string store = postgres->NewDatabase();
-  const PointCloud scan = SphereScan(13'000);
+  PointCloud scan;
+  scan.points = LongStrip(24'000);
   const std::vector<uint8_t> expected = ExpectedByParts(scan);
   std::vector<std::unique_ptr<DaemonProcess>> fleet;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 2; ++i) {
     fleet.push_back(std::make_unique<DaemonProcess>(SmallServer({"--store", store})));
   }
   address_ = fleet[0]->address();
   const auto job = Client().Submit(PackScan(scan), HungryOptions(), "kept");
   ASSERT_TRUE(job.ok()) << job.status();
   auto ended = std::async(std::launch::async, [&] { return Client().Watch(job->job_id()); });
-  for (size_t i = 0; ended.wait_for(std::chrono::milliseconds(400)) != std::future_status::ready;) {
-    for (const pid_t worker : fleet[i++ % fleet.size()]->Workers()) kill(worker, SIGKILL);
+  for (const auto& one : fleet) {
+    ended.wait_for(std::chrono::milliseconds(300));
+    for (const pid_t worker : one->Workers()) kill(worker, SIGKILL);
   }
   const auto state = ended.get();
   ASSERT_TRUE(state.ok()) << state.status();

@@ -4,22 +4,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <condition_variable>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <map>
-#include <mutex>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/paging/part_journal.h"
 #include "core/paging/scan_pager.h"
 #include "core/paging/scratch_folder.h"
-#include "core/paging/shared_parts.h"
 #include "core/pipeline/reconstruct.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
@@ -53,7 +48,8 @@ class ResumeTest : public ::testing::Test {
       EXPECT_TRUE(pager.Add(points_).ok());
       scan = pager.Finish(context).value();
     }
-    return ReconstructPaged(*scan, kSizes, {}, context)->encoded.Concatenate();
+    const PartSizes sizes{.coarse_points = 4000, .part_points = 8192, .block_vertices = 4000};
+    return ReconstructPaged(*scan, sizes, {}, context)->encoded.Concatenate();
   }
 
   // In a process that is killed as soon as it has reported what `is_time` waits for.
@@ -89,8 +85,6 @@ class ResumeTest : public ::testing::Test {
     file.put(byte);
   }
 
-  static constexpr PartSizes kSizes{
-      .coarse_points = 4000, .part_points = 8192, .block_vertices = 4000};
   std::string path_;
   Eigen::Matrix3Xd points_;
 };
@@ -138,104 +132,6 @@ TEST_F(ResumeTest, WhatIsDamagedIsDoneAgain) {
   EXPECT_EQ(Run(), expected);
   DamageFile("pages", 5000);
   EXPECT_EQ(Run(), expected);
-}
-
-// What processes share, in memory. Parts come in falling order.
-class PartsInMemory {
- public:
-  // What one of them has of it. It is lost after `lives` parts, and what it had begun with it.
-  class Member : public SharedParts {
-   public:
-    Member(PartsInMemory* all, bool leads, int lives) : all_(all), leads_(leads), lives_(lives) {}
-    bool leads() const override { return leads_; }
-    absl::StatusOr<Turn> Next(PartStep step, int count) override {
-      std::unique_lock lock(all_->mutex_);
-      std::vector<Part>& parts = all_->parts_[step];
-      parts.resize(static_cast<size_t>(count));
-      for (;;) {
-        int done = 0, next = -1;
-        for (int part = 0; part < count; ++part) {
-          done += !parts[part].bytes.empty();
-          if (parts[part].bytes.empty() && !parts[part].taken) next = part;
-        }
-        if (done == count) return Turn{std::nullopt, done};
-        if (next >= 0 && lives_-- == 0) return absl::CancelledError("lost");
-        if (next >= 0) {
-          parts[next].taken = true;
-          ++all_->made_;
-          return Turn{next, done};
-        }
-        all_->changed_.wait(lock);
-      }
-    }
-    absl::Status Keep(PartStep step, int part, const PieceSource& next) override {
-      const std::lock_guard lock(all_->mutex_);
-      Part& kept = all_->parts_[step][part];
-      kept.taken = false;
-      const std::span<const uint8_t> bytes = *next();
-      if (lives_ > 0) kept.bytes.assign(bytes.begin(), bytes.end());
-      all_->changed_.notify_all();
-      return lives_ > 0 ? absl::OkStatus() : absl::CancelledError("lost");
-    }
-    absl::Status Fetch(PartStep step, int part, const PieceSink& take) override {
-      const std::lock_guard lock(all_->mutex_);
-      return take(all_->parts_[step][part].bytes);
-    }
-
-   private:
-    PartsInMemory* const all_;
-    const bool leads_;
-    int lives_;
-  };
-
-  int made() const { return made_; }
-  size_t steps() const { return parts_.size(); }
-  std::vector<uint8_t>& BytesOf(PartStep step, int part) { return parts_[step][part].bytes; }
-
- private:
-  struct Part {
-    bool taken = false;
-    std::vector<uint8_t> bytes;
-  };
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<PartStep, std::vector<Part>> parts_;
-  int made_ = 0;
-};
-
-TEST_F(ResumeTest, SharedByAnyNumberItEndsWithTheSameBytesThoughSomeBeLost) {
-  const std::vector<uint8_t> expected = Uninterrupted();
-  RunContext context;
-  context.threads = 1;
-  const auto paged = [&] {
-    ScanPager pager = ScanPager::Create(ScratchFolder(path_), 5000).value();
-    EXPECT_TRUE(pager.Add(points_).ok());
-    return pager.Finish(context).value();
-  };
-  PartsInMemory all;
-  const auto lead = [&](int lives) -> absl::StatusOr<std::vector<uint8_t>> {
-    PartsInMemory::Member member(&all, /*leads=*/true, lives);
-    const auto made = ReconstructPaged(paged(), kSizes, {}, context, &member);
-    if (!made.ok()) return made.status();
-    return made->encoded.Concatenate();
-  };
-  EXPECT_TRUE(absl::IsCancelled(lead(/*lives=*/3).status()));
-  const int lost = all.made();
-  const auto help = [&](int lives) {
-    PartsInMemory::Member member(&all, /*leads=*/false, lives);
-    return HelpWithParts(paged(), kSizes, {}, context, &member);
-  };
-  EXPECT_TRUE(absl::IsCancelled(help(/*lives=*/1)));
-  std::vector<std::jthread> helpers;
-  for (int i = 0; i < 3; ++i) helpers.emplace_back([&] { EXPECT_TRUE(help(1'000).ok()); });
-  helpers.clear();
-  EXPECT_EQ(all.steps(), size_t{kPartSteps});
-  const int made = all.made();
-  EXPECT_GT(made, lost);
-  EXPECT_EQ(*lead(/*lives=*/1), expected) << "all that is left to it is the surface";
-  EXPECT_EQ(all.made(), made);
-  all.BytesOf(PartStep::kHeights, 0).pop_back();
-  EXPECT_TRUE(absl::IsDataLoss(lead(/*lives=*/1).status()));
 }
 
 // Checksums do not tell who wrote the bytes.

@@ -1,0 +1,141 @@
+// A scan on disk whose parts several processes do.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/paging/scan_pager.h"
+#include "core/paging/shared_parts.h"
+#include "core/pipeline/reconstruct.h"
+#include "tests/integration/parts/long_strip.h"
+
+namespace rilievo {
+namespace {
+
+// What processes share, in memory. Parts come in falling order.
+class PartsInMemory {
+ public:
+  // What one of them has of it. It is lost after `lives` parts, and what it had begun with it.
+  class Member : public SharedParts {
+   public:
+    Member(PartsInMemory* all, bool leads, int lives) : all_(all), leads_(leads), lives_(lives) {}
+    bool leads() const override { return leads_; }
+    absl::StatusOr<Turn> Next(PartStep step, int count) override {
+      std::unique_lock lock(all_->mutex_);
+      std::vector<Part>& parts = all_->parts_[step];
+      parts.resize(static_cast<size_t>(count));
+      for (;;) {
+        int done = 0, next = -1;
+        for (int part = 0; part < count; ++part) {
+          done += !parts[part].bytes.empty();
+          if (parts[part].bytes.empty() && !parts[part].taken) next = part;
+        }
+        if (done == count) return Turn{std::nullopt, done};
+        if (next >= 0 && lives_-- == 0) return absl::CancelledError("lost");
+        if (next >= 0) {
+          parts[next].taken = true;
+          ++all_->made_;
+          return Turn{next, done};
+        }
+        all_->changed_.wait(lock);
+      }
+    }
+    absl::Status Keep(PartStep step, int part, const PieceSource& next) override {
+      const std::lock_guard lock(all_->mutex_);
+      Part& kept = all_->parts_[step][part];
+      kept.taken = false;
+      const std::span<const uint8_t> bytes = *next();
+      if (lives_ > 0) kept.bytes.assign(bytes.begin(), bytes.end());
+      all_->changed_.notify_all();
+      return lives_ > 0 ? absl::OkStatus() : absl::CancelledError("lost");
+    }
+    absl::Status Fetch(PartStep step, int part, const PieceSink& take) override {
+      const std::lock_guard lock(all_->mutex_);
+      return take(all_->parts_[step][part].bytes);
+    }
+
+   private:
+    PartsInMemory* const all_;
+    const bool leads_;
+    int lives_;
+  };
+
+  int made() const { return made_; }
+  size_t count(PartStep step) { return parts_[step].size(); }
+  std::vector<uint8_t>& BytesOf(PartStep step, int part) { return parts_[step][part].bytes; }
+
+ private:
+  struct Part {
+    bool taken = false;
+    std::vector<uint8_t> bytes;
+  };
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<PartStep, std::vector<Part>> parts_;
+  int made_ = 0;
+};
+
+constexpr PartSizes kSizes{.coarse_points = 2000, .part_points = 8192, .block_vertices = 4000};
+constexpr int kForEver = 1'000;
+
+class SharedRunTest : public ::testing::Test {
+ protected:
+  SharedRunTest() {
+    context_.threads = 1;
+    options_.measure = false;
+    options_.max_level = 1;
+    options_.control.target_faces = 200;
+  }
+
+  PagedScan Paged() const {
+    ScanPager pager = ScanPager::Create(::testing::TempDir(), 8192).value();
+    EXPECT_TRUE(pager.Add(LongStrip(24'000)).ok());
+    return pager.Finish(context_).value();
+  }
+  absl::StatusOr<std::vector<uint8_t>> Lead(SharedParts* shared) const {
+    const auto made = ReconstructPaged(Paged(), kSizes, options_, context_, shared);
+    if (!made.ok()) return made.status();
+    return made->encoded.Concatenate();
+  }
+  absl::StatusOr<std::vector<uint8_t>> Lead(int lives) {
+    PartsInMemory::Member member(&all_, /*leads=*/true, lives);
+    return Lead(&member);
+  }
+  absl::Status Help(int lives) {
+    PartsInMemory::Member member(&all_, /*leads=*/false, lives);
+    return HelpWithParts(Paged(), kSizes, options_, context_, &member);
+  }
+
+  RunContext context_;
+  ReconstructOptions options_;
+  PartsInMemory all_;
+};
+
+TEST_F(SharedRunTest, AnyNumberMakesTheSameBytesThoughSomeBeLost) {
+  const std::vector<uint8_t> alone = *Lead(nullptr);
+  EXPECT_TRUE(absl::IsCancelled(Lead(/*lives=*/2).status()));
+  EXPECT_TRUE(absl::IsCancelled(Help(/*lives=*/1)));
+  const int before = all_.made();
+  std::vector<std::jthread> helpers;
+  for (int i = 0; i < 2; ++i) helpers.emplace_back([&] { EXPECT_TRUE(Help(kForEver).ok()); });
+  helpers.clear();
+  for (const PartStep step : {PartStep::kSurfels, PartStep::kFit, PartStep::kHeights}) {
+    EXPECT_GE(all_.count(step), 2u) << "there is something to share";
+  }
+  const int made = all_.made();
+  EXPECT_GT(made, before);
+  EXPECT_EQ(*Lead(/*lives=*/1), alone) << "all that is left to it is the surface";
+  EXPECT_EQ(all_.made(), made);
+  all_.BytesOf(PartStep::kSurfels, 1).pop_back();
+  EXPECT_TRUE(absl::IsDataLoss(Help(/*lives=*/1)));
+}
+
+}  // namespace
+}  // namespace rilievo
