@@ -1,13 +1,9 @@
 // Jobs that need more memory than the server gives one: made by parts, on its scratch disk.
-#include <csignal>
 #include <filesystem>
-#include <future>
 
 #include "client/library/status_conversion.h"
 #include "core/paging/scan_pager.h"
 #include "tests/integration/jobs/jobs_fixture.h"
-#include "tests/integration/parts/long_strip.h"
-#include "tests/unit/server/postgres/test_postgres.h"
 
 namespace rilievo {
 namespace {
@@ -20,8 +16,6 @@ constexpr int64_t kPartPoints = 2048;
 v1::ReconstructOptions HungryOptions() {
   v1::ReconstructOptions options;
   options.mutable_fit()->set_sample_level(4);
-  options.mutable_fit()->set_rounds(1);
-  options.mutable_control()->set_control_faces(500);
   options.set_max_level(0);
   return options;
 }
@@ -31,12 +25,11 @@ class PartsOfJobsTest : public JobsTest {
   PartsOfJobsTest() { std::filesystem::create_directory(scratch_); }
 
   // Of as little memory as parts take.
-  std::vector<std::string> SmallServer(std::vector<std::string> arguments = {}) const {
+  void StartSmallServer(std::vector<std::string> arguments = {}) {
     arguments.insert(arguments.end(), {"--scratch", scratch_, "--part-points",
                                        std::to_string(kPartPoints), "--memory-budget", "90000000"});
-    return arguments;
+    StartServer(arguments);
   }
-  void StartSmallServer() { StartServer(SmallServer()); }
 
   static std::vector<uint8_t> ExpectedByParts(const PointCloud& scan) {
     ScanPager pager = ScanPager::Create(ScratchFolder(testing::TempDir())).value();
@@ -44,8 +37,6 @@ class PartsOfJobsTest : public JobsTest {
     const PagedScan pages = pager.Finish(RunContext{}).value();
     ReconstructOptions options;
     options.fit.sample_level = 4;
-    options.fit.rounds = 1;
-    options.control.target_faces = 500;
     options.max_level = 0;
     return ReconstructPaged(pages, PartSizes::Of(kPartPoints), options, RunContext{})
         ->encoded.Concatenate();
@@ -72,33 +63,6 @@ TEST_F(PartsOfJobsTest, TheyMakeTheBytesOfOneMachineThoughTheServerBeKilled) {
   ASSERT_TRUE(surface.ok()) << surface.status();
   EXPECT_EQ(*surface, expected);
   EXPECT_TRUE(std::filesystem::is_empty(scratch_));
-}
-
-// Whoever works at a moment is killed, first where the job is likely to be led.
-TEST_F(PartsOfJobsTest, TheWorkersOfAFleetShareThemThoughTheyBeKilled) {
-  RILIEVO_TEST_POSTGRES(postgres);
-  const std::string store = postgres->NewDatabase();
-  PointCloud scan;
-  scan.points = LongStrip(24'000);
-  const std::vector<uint8_t> expected = ExpectedByParts(scan);
-  std::vector<std::unique_ptr<DaemonProcess>> fleet;
-  for (int i = 0; i < 2; ++i) {
-    fleet.push_back(std::make_unique<DaemonProcess>(SmallServer({"--store", store})));
-  }
-  address_ = fleet[0]->address();
-  const auto job = Client().Submit(PackScan(scan), HungryOptions(), "kept");
-  ASSERT_TRUE(job.ok()) << job.status();
-  auto ended = std::async(std::launch::async, [&] { return Client().Watch(job->job_id()); });
-  for (const auto& one : fleet) {
-    ended.wait_for(std::chrono::milliseconds(300));
-    for (const pid_t worker : one->Workers()) kill(worker, SIGKILL);
-  }
-  const auto state = ended.get();
-  ASSERT_TRUE(state.ok()) << state.status();
-  EXPECT_EQ(state->state(), v1::JOB_STATE_SUCCEEDED) << state->error().message();
-  const auto surface = Client().Fetch(job->job_id());
-  ASSERT_TRUE(surface.ok()) << surface.status();
-  EXPECT_EQ(*surface, expected);
 }
 
 TEST_F(PartsOfJobsTest, WithoutTheFolderTheyAreRefusedAndNoServerStarts) {
