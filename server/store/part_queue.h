@@ -20,8 +20,8 @@ struct PartWorker {
   std::string job_id, owner;
   std::string worker;
   int64_t claim = 0;  // of the job; 0: helps
-  std::string recipe =
-      {};  // what parts depend on besides the job: version and limits of the worker
+  // What parts depend on besides the job: version and limits of the worker.
+  std::string recipe = {};
 };
 
 // A part that a worker has taken. What it writes with an older number is refused.
@@ -46,8 +46,7 @@ class PartQueue {
   // of a step that has several is done twice, by another worker where there is one. Those who help
   // leave a part that was taken kMostTries times to the worker that leads.
   // FAILED_PRECONDITION when the job is finished, was removed, or has another leader or parts of
-  // another recipe; INTERNAL when
-  // other workers have cut the step into another number of parts.
+  // another recipe; INTERNAL when other workers have cut the step into another number of parts.
   absl::StatusOr<Turn> Take(const PartWorker& worker, PartStep step, int count,
                             int64_t checked_share);
 
