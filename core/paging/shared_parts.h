@@ -18,9 +18,10 @@ enum class PartStep {
   kCoarse = 0,  // one part: the surface of the thinned points
   kSurfels,     // normals, spacings and noise, by run of pages
   kFit,         // control points, by control faces
-  kHeights,     // heights, by control faces
+  kHeights,     // heights, by control faces: the last one that others help with
+  kCoded,       // one part: the layers of the file, not yet measured
 };
-inline constexpr int kPartSteps = 4;
+inline constexpr int kPartSteps = 5;
 
 // The next bytes, valid until the next call; none at the end.
 using PieceSource = std::function<absl::StatusOr<std::span<const uint8_t>>()>;

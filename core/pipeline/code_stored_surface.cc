@@ -16,6 +16,7 @@
 #include "core/geometry/vertex_normals.h"
 #include "core/paging/saved_value.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/run_parts.h"
 #include "core/surface/measure_parts.h"
 
 namespace rilievo {
@@ -192,19 +193,17 @@ void VisitEncoded(Archive& archive, Encoded& encoded) {
 
 constexpr char kCodedName[] = "coded";
 
-absl::Status SaveCoded(const CodedStoredSurface& coded, const ScratchFolder& folder) {
+std::vector<uint8_t> BytesOfCoded(const CodedStoredSurface& coded) {
   ValueWriter writer;
   writer(coded.uncoded);
   writer(static_cast<int>(coded.encoded.chunks.size()));
   VisitEncoded(writer, coded.encoded);
-  return folder.Save(kCodedName, writer.bytes);
+  return std::move(writer.bytes);
 }
 
-bool FindCoded(const ScratchFolder& folder, CodedStoredSurface* coded) {
+bool ReadCoded(std::span<const uint8_t> bytes, CodedStoredSurface* coded) {
   constexpr int kMostChunks = 64;
-  const std::optional<std::vector<uint8_t>> saved = folder.Load(kCodedName);
-  if (!saved) return false;
-  ValueReader reader(*saved);
+  ValueReader reader(bytes);
   int chunks = 0;
   reader(coded->uncoded);
   reader(chunks);
@@ -249,18 +248,29 @@ absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const Pa
 absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const StoredSurface& surface, const PartCutter& cutter, const ThinnedPoints& thinned,
     PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
-    const ScratchFolder& scratch, const ReconstructOptions& options,
+    const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context) {
   if (!options.measure) points = nullptr;
   const StoredCoding coding(surface, cutter, points, block, options, context);
   CodedStoredSurface coded;
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOfSource(HeightSource::kSmoothed, surface.source_counts);
-  if (!FindCoded(scratch, &coded) || !coding.AreOfSurface(coded.encoded)) {
+  PartsOfStep step{.step = PartStep::kCoded, .count = 1};
+  step.is_there = [&](int /*part*/) {
+    const std::optional<std::vector<uint8_t>> saved = scratch.Load(kCodedName);
+    return saved && ReadCoded(*saved, &coded) && coding.AreOfSurface(coded.encoded);
+  };
+  step.make = [&](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
     coded.encoded = {};
     RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
-    RILIEVO_RETURN_IF_ERROR(SaveCoded(coded, scratch));
-  }
+    return BytesOfCoded(coded);
+  };
+  step.take = [&](int part, std::span<const uint8_t> bytes) {
+    return ReadCoded(bytes, &coded) && coding.AreOfSurface(coded.encoded)
+               ? scratch.Save(kCodedName, bytes)
+               : NotOfPart(PartStep::kCoded, part);
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
   RILIEVO_ASSIGN_OR_RETURN(const PartsError found,
                            coding.MeasureBytes(coded.encoded.Concatenate()));
   coded.error = found.error;

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/codec/container/dss.h"
 #include "core/paging/scratch_folder.h"
+#include "core/paging/shared_parts.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/stage_scope.h"
@@ -53,11 +54,11 @@ absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const Pa
 
 // What CodeSurface(), KeepError() and Certify() do with a surface in memory. The errors are those
 // against all `points`. In a scratch folder that keeps its files what is coded, but not measured,
-// is found again.
+// is found again, and where `shared`, which may be null, has it.
 absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const StoredSurface& surface, const PartCutter& cutter, const ThinnedPoints& thinned,
     PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
-    const ScratchFolder& scratch, const ReconstructOptions& options,
+    const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context);
 
 // The error of a file that is whole up to its last layer, in memory as above where it has groups.

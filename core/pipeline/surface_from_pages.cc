@@ -134,8 +134,8 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,
       CodeStoredSurface(stored, cutter, some, &points, sampled.domain.position_step, metadata,
-                        {sizes.block_vertices, group.has_value()}, pages.scratch_folder(), grouped,
-                        context));
+                        {sizes.block_vertices, group.has_value()}, pages.scratch_folder(), shared,
+                        grouped, context));
   if (!group) {
     RILIEVO_ASSIGN_OR_RETURN(surface, ReadWhole(stored, cutter));
   }
