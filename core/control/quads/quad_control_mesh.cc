@@ -1,7 +1,10 @@
 #include "core/control/quads/quad_control_mesh.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -119,6 +122,19 @@ absl::StatusOr<ControlMesh> QuadsOfComponent(const ControlMesh& mesh) {
   return SplitEachTriangle(mesh, topology, creases);
 }
 
+// The faces on both sides of each edge, which is written with the lower vertex first.
+template <typename Visit>
+void ForEachInnerEdge(const ControlMesh& mesh, const Visit& visit) {
+  std::map<std::array<int, 2>, int> first;
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(mesh.faces(k, f), mesh.faces((k + 1) % 3, f));
+      const auto [entry, is_new] = first.try_emplace({a, b}, f);
+      if (!is_new) visit(entry->first, entry->second, f);
+    }
+  }
+}
+
 ControlMesh Joined(const std::vector<ControlMesh>& components) {
   Eigen::Index vertices = 0, faces = 0;
   for (const ControlMesh& component : components) {
@@ -156,6 +172,32 @@ absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh) {
     RILIEVO_ASSIGN_OR_RETURN(component, QuadsOfComponent(component));
   }
   return Joined(components);
+}
+
+void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face) {
+  ForEachInnerEdge(quads, [&](const std::array<int, 2>& edge, int f, int g) {
+    if (!std::ranges::binary_search(quads.diagonals, edge)) return;
+    float& a = (*of_face)[static_cast<size_t>(f)];
+    float& b = (*of_face)[static_cast<size_t>(g)];
+    a = b = (a + b) / 2;
+  });
+}
+
+void TakeDiagonals(const ControlMesh& quads, ControlMesh* part) {
+  using Place = std::array<double, 3>;
+  const auto place = [](const ControlMesh& mesh, int v) -> Place {
+    return {mesh.vertices(0, v), mesh.vertices(1, v), mesh.vertices(2, v)};
+  };
+  const auto ends = [&](const ControlMesh& mesh, const std::array<int, 2>& edge) {
+    return std::pair<Place, Place>(std::minmax({place(mesh, edge[0]), place(mesh, edge[1])}));
+  };
+  std::set<std::pair<Place, Place>> diagonals;
+  for (const auto& diagonal : quads.diagonals) diagonals.insert(ends(quads, diagonal));
+  part->diagonals.clear();
+  ForEachInnerEdge(*part, [&](const std::array<int, 2>& edge, int, int) {
+    if (diagonals.contains(ends(*part, edge))) part->diagonals.push_back(edge);
+  });
+  std::sort(part->diagonals.begin(), part->diagonals.end());
 }
 
 }  // namespace rilievo

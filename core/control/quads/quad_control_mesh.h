@@ -1,6 +1,8 @@
 // A control mesh of quads from one of triangles.
 #pragma once
 
+#include <vector>
+
 #include "absl/status/statusor.h"
 #include "core/geometry/triangle_mesh.h"
 
@@ -13,5 +15,12 @@ namespace rilievo {
 // one of few triangles full of creases may not, gets three quads for each triangle; the others do
 // not. INVALID_ARGUMENT unless `mesh` is a manifold of triangles.
 absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh);
+
+// Gives both halves of each quad the mean of what `*of_face`, one entry a face, has for them.
+void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face);
+
+// Makes those edges of `*part` diagonals that lie where diagonals of `quads` do. `part`: whole
+// quads of `quads`, their control points where they were, numbered anew.
+void TakeDiagonals(const ControlMesh& quads, ControlMesh* part);
 
 }  // namespace rilievo

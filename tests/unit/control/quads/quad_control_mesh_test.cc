@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "core/control/simplify/simplify_mesh.h"
+#include "core/control/topology/mesh_subset.h"
 #include "core/loop/refinement.h"
 #include "tests/unit/control/control_test_meshes.h"
 #include "tests/unit/loop/crease_meshes.h"
@@ -159,6 +161,25 @@ TEST(QuadControlMesh, PairsEachComponentByItself) {
   EXPECT_EQ(quads.creases, first.creases);
   EXPECT_EQ(quads.corners, first.corners);
   QuadValences(quads);  // refines
+}
+
+TEST(QuadControlMesh, APartOfWholeQuadsIsOneOfQuads) {
+  const ControlMesh quads = Quads(SimplifiedSphere(600));
+  std::vector<float> of_face;
+  for (const auto face : quads.faces.colwise()) {
+    of_face.push_back(static_cast<float>(quads.vertices(0, face.minCoeff())));
+  }
+  const float sum = std::accumulate(of_face.begin(), of_face.end(), 0.0F);
+  ShareBetweenHalves(quads, &of_face);
+  EXPECT_NEAR(std::accumulate(of_face.begin(), of_face.end(), 0.0F), sum, 1e-3);
+  std::vector<uint8_t> keep;
+  for (const float value : of_face) keep.push_back(value > kOffset[0] ? 1 : 0);
+  ControlMesh part = KeepFaces(quads, keep).mesh;
+  ASSERT_LT(part.faces.cols(), 0.8 * static_cast<double>(quads.faces.cols()));
+  TakeDiagonals(quads, &part);
+  EXPECT_EQ(2 * static_cast<Eigen::Index>(part.diagonals.size()), part.faces.cols());
+  const auto refinement = RefineTopology(part, 1, RunContext());
+  EXPECT_TRUE(refinement.ok()) << refinement.status();
 }
 
 TEST(QuadControlMesh, RefusesQuads) {
