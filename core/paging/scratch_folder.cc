@@ -1,7 +1,6 @@
 #include "core/paging/scratch_folder.h"
 
 #include <fcntl.h>
-#include <stdlib.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/base/unnamed_file.h"
 #include "core/codec/bytes/crc32c.h"
 #include "core/paging/scratch_file.h"
 
@@ -81,10 +81,7 @@ int ScratchFolder::MakeFile() const {
     files_->pop_back();
     return number;
   }
-  std::string name = absl::StrCat(path_, "/rilievo-scratch-XXXXXX");
-  const int number = mkostemp(name.data(), O_CLOEXEC);
-  if (number >= 0) unlink(name.c_str());
-  return number;
+  return OpenUnnamedFile(path_);
 }
 
 int ScratchFolder::OpenFile(const std::string& name, int flags) const {

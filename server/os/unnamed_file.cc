@@ -1,13 +1,11 @@
 #include "server/os/unnamed_file.h"
 
-#include <fcntl.h>
-#include <stdlib.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <cerrno>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/unnamed_file.h"
 
 namespace rilievo {
 
@@ -17,8 +15,7 @@ absl::StatusOr<FileDescriptor> UnnamedFile(const std::string& folder) {
     if (!memory.valid()) return StatusOfErrno(errno, "a file in memory");
     return memory;
   }
-  std::string name = absl::StrCat(folder, "/rilievo-scratch-XXXXXX");
-  FileDescriptor file(mkostemp(name.data(), O_CLOEXEC));
+  FileDescriptor file(OpenUnnamedFile(folder));
   if (!file.valid()) {
     const absl::Status why = StatusOfErrno(errno, absl::StrCat("a file in ", folder));
     switch (errno) {
@@ -33,7 +30,6 @@ absl::StatusOr<FileDescriptor> UnnamedFile(const std::string& folder) {
         return why;
     }
   }
-  unlink(name.c_str());
   return file;
 }
 

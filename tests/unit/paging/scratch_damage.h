@@ -2,12 +2,12 @@
 #pragma once
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <system_error>
 
 namespace rilievo {
 
@@ -17,9 +17,9 @@ inline bool DamageScratchFile(int64_t offset) {
   std::string found;
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    std::error_code error;
-    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
-    if (error || target.find("rilievo-scratch-") == std::string::npos) continue;
+    struct stat status;
+    if (stat(entry.path().c_str(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
+    if (status.st_nlink > 0) continue;
     found = entry.path().string();
     ++count;
   }
