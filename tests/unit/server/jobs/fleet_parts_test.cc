@@ -52,6 +52,28 @@ class FleetPartsTest : public FleetTest {
     static const std::string bytes(13'000 * 12, 'x');
     return bytes;
   }
+
+  // A job that is made by parts though it would fit into memory; its name.
+  std::string KeepLarge(const std::string& points) {
+    const auto store = *OpenPostgresStore(url_, "", {});
+    StoredJob large;
+    large.client = "c";
+    large.header.set_point_count(points.size() / 12);
+    large.header.set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT32_LE);
+    v1::ReconstructOptions* options = large.header.mutable_options();
+    options->mutable_control()->set_control_faces(200);
+    options->mutable_fit()->set_rounds(1);
+    options->set_max_level(0);
+    options->set_measure(false);
+    large.job.set_job_id("large");
+    large.job.set_request_id("large");
+    large.job.set_scan_id(*store->blobs().Put({{points.begin(), points.end()}}));
+    large.job.set_part_points(2048);
+    large.job.set_state(v1::JOB_STATE_QUEUED);
+    EXPECT_TRUE(store->AddScan("", large.job.scan_id()).ok());
+    EXPECT_TRUE(store->Insert(large).ok());
+    return "large";
+  }
 };
 
 // The processes of a program that this one has started.
@@ -111,10 +133,10 @@ TEST_F(FleetPartsTest, ThoughProcessesBeKilledTheBytesAreThoseOfOne) {
   ScanPager pager = ScanPager::Create(testing::TempDir()).value();
   ASSERT_TRUE(pager.Add(strip.cast<double>()).ok());
   ReconstructOptions options;
-  options.control.target_faces = 500;
-  options.fit.sample_level = 4;
+  options.control.target_faces = 200;
   options.fit.rounds = 1;
   options.max_level = 0;
+  options.measure = false;
   const PagedScan pages = pager.Finish(RunContext{}).value();
   std::string alone;
   const auto expected = ReconstructPaged(pages, PartSizes::Of(2048), options, RunContext{});
@@ -124,9 +146,8 @@ TEST_F(FleetPartsTest, ThoughProcessesBeKilledTheBytesAreThoseOfOne) {
                   FakeJobWork*, const JobRequest& job, ScanBytes points,
                   const RunContext& context) { return real(job, std::move(points), context); };
   const auto one = Join(/*serve_only=*/false), two = Join(/*serve_only=*/false);
-  const std::string id =
-      Created(one.get(), "large",
-              std::string(reinterpret_cast<const char*>(strip.data()), strip.size() * 4));
+  const std::string id = KeepLarge(
+      std::string(reinterpret_cast<const char*>(strip.data()), strip.size() * sizeof(float)));
   for (int i = 0; i < 2; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(250));
     for (const pid_t worker : ChildrenNamed("rilievo-worker")) kill(worker, SIGKILL);
