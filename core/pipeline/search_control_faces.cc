@@ -149,14 +149,14 @@ class Search {
   }
 
   // The best trial coded so that the error asked for is kept in truth; where it cannot be, one of
-  // more faces that can, unless noise alone is more than that.
+  // more faces that can, or else the most exact of these, unless noise alone is more than that.
   absl::Status Keep() {
     RILIEVO_RETURN_IF_ERROR(KeepBest());
     if (best_->coded.keeps_error || !NoiseAllows(*options_.encode.max_error, Noise())) {
       return absl::OkStatus();
     }
-    const Trial nearest = *best_;
-    const double step_of_nearest = best_step_;
+    Trial nearest = *best_;
+    double step_of_nearest = best_step_;
     for (int step = static_cast<int>(std::ceil(step_of_nearest)) - 1; step >= 0; --step) {
       const auto tried = kept_of_step_.find(step);
       if (tried != kept_of_step_.end() && tried->second >= *options_.encode.max_error) continue;
@@ -165,8 +165,12 @@ class Search {
       if (!best_) continue;
       RILIEVO_RETURN_IF_ERROR(KeepBest());
       if (best_->coded.keeps_error) return absl::OkStatus();
+      if (Reached(best_->cost) < Reached(nearest.cost)) {
+        nearest = *std::move(best_);
+        step_of_nearest = step;
+      }
     }
-    best_ = nearest;
+    best_ = std::move(nearest);
     best_step_ = step_of_nearest;
     return absl::OkStatus();
   }
@@ -177,12 +181,14 @@ class Search {
     return absl::OkStatus();
   }
 
+  // Of the error to be kept; 1 and more where that was not measured.
+  static double Reached(const Cost& cost) { return std::hypot(cost.kept, cost.coding); }
+
   double Noise() const { return scan_.cloud.median_noise; }
 
   bool Keeps(const Cost& cost) const {
     const double limit = *options_.encode.max_error;
-    return cost.kept >= 0 && NoiseAllows(limit, Noise()) &&
-           std::hypot(cost.kept, cost.coding) <= limit;
+    return cost.kept >= 0 && NoiseAllows(limit, Noise()) && Reached(cost) <= limit;
   }
 
   // Parts of the scan that one trial has and the other lost stand out of what both have of noise.

@@ -15,7 +15,8 @@ namespace rilievo {
 // costs the fit, the heights, their measure and the codec, a third to half of a whole
 // reconstruction. The best one is decoded and measured, and coded again more finely or more
 // coarsely until the error asked for is kept (KeepError). Where it cannot be, though noise allows
-// it, meshes of more faces are tried in the same way.
+// it, meshes of more faces are tried in the same way; if none keeps it, the most exact of these
+// stays.
 // `mesh`: see CodeSurface().
 absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan, const Shape& mesh,
                                                 const ControlMeshResult& start,
