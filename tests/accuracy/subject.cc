@@ -99,9 +99,11 @@ absl::StatusOr<Matrix3Xd> PlacesOn(const AnalyticShape& shape, uint64_t seed) {
   return places;
 }
 
-// `views` as ScannerOptions have them.
-absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& name) {
+// `views` and `outliers` as ScannerOptions have them.
+absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, double outliers,
+                                  const SubjectName& name) {
   ScannerOptions options;
+  options.outliers = outliers;
   options.points = name.points;
   options.views = views;
   options.noise = name.noise_percent / 100;
@@ -111,7 +113,7 @@ absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& 
   subject.scan = std::move(scan.cloud);
   RILIEVO_ASSIGN_OR_RETURN(subject.seen, PlacesOn(*shape, name.seed + 1));
   if (views > 0) {
-    options.noise = 0;
+    options.noise = options.outliers = 0;
     RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan clean, SimulateScan(*shape, options));
     subject.seen = SeenBy(clean.cloud.points, subject.seen);
   }
@@ -139,11 +141,16 @@ absl::StatusOr<Subject> ScanOf(Scene scene, bool with_stations, const SubjectNam
 using Maker = std::function<absl::StatusOr<Subject>(const SubjectName&)>;
 
 Maker Everywhere(ShapePtr (*make)()) {
-  return [make](const SubjectName& name) { return ScanShape(make(), 0, name); };
+  return [make](const SubjectName& name) { return ScanShape(make(), 0, 0, name); };
 }
 
 Maker FromThreeViews(ShapePtr (*make)()) {
-  return [make](const SubjectName& name) { return ScanShape(make(), 3, name); };
+  return [make](const SubjectName& name) { return ScanShape(make(), 3, 0, name); };
+}
+
+// One in ten, anywhere around the shape.
+Maker WithFalsePoints(ShapePtr (*make)()) {
+  return [make](const SubjectName& name) { return ScanShape(make(), 0, 0.1, name); };
 }
 
 Maker OfScene(Scene (*make)(), bool with_stations) {
@@ -161,6 +168,7 @@ const std::vector<std::pair<std::string, Maker>>& Makers() {
       {"thinwalls", Everywhere(MakeThinWalls)},
       {"terrain", Everywhere(MakeTerrain)},
       {"genus2-open", FromThreeViews(MakeGenus2)},
+      {"genus2-outliers", WithFalsePoints(MakeGenus2)},
       {"street", OfScene(MakeStreet, false)},
       {"block", OfScene(MakeBlock, false)},
       {"garden", OfScene(MakeGarden, false)},
