@@ -62,8 +62,8 @@ void AddScanShapeOptions(CLI::App* app, ReconstructArguments* a) {
       ->check(CLI::IsMember({"keep", "close"}))
       ->capture_default_str();
   app->add_option("--outliers", a->outliers,
-                  "whether points off all others, and points that fill volumes as leaves do, are "
-                  "left out (remove) or are part of the surface (keep)")
+                  "whether points off all others, small islands, and points that fill volumes as "
+                  "leaves do, are left out (remove) or are part of the surface (keep)")
       ->check(CLI::IsMember({"remove", "keep"}))
       ->capture_default_str();
   app->add_option("--stations", a->stations,
@@ -173,7 +173,10 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
   if (arguments.input == ShapeInput::kScan) {
     options.mutable_scan()->set_stations(SightRuleOf(arguments.stations));
     options.mutable_scan()->set_normals(SightRuleOf(arguments.normals));
-    if (arguments.outliers == "keep") options.mutable_scan()->set_outlier_distance_factor(0);
+    if (arguments.outliers == "keep") {
+      options.mutable_scan()->set_outlier_distance_factor(0);
+      options.mutable_scan()->set_min_component_share(0);
+    }
   }
   v1::ControlOptions& control = *options.mutable_control();
   const std::map<std::string, v1::Topology> topologies = {{"auto", v1::TOPOLOGY_AUTO},

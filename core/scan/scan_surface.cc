@@ -125,12 +125,12 @@ absl::StatusOr<ScanNeighbors> KeepPoints(const std::vector<uint8_t>& keep, ScanN
       std::move(kept.graph),  std::move(index),  figures,    std::move(kept_of_all)};
 }
 
-// Again where many went, for those left are then judged by better neighbours. Of sparse scenes
+// Once more where many went, for those left are then judged by better neighbours. Of sparse scenes
 // without outliers one point in a hundred goes.
 absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOptions& options,
                                               const RunContext& context) {
   constexpr double kMany = 0.02;  // of the points
-  for (bool again = true; again;) {
+  for (int look = 0; look < 2; ++look) {
     RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
                              FindOutliers(scan.points, scan.graph, options.outliers, context));
     const int64_t checked = scan.points.cols();
@@ -140,7 +140,7 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
     RILIEVO_RETURN_IF_ERROR(CheckKept(scan.figures));
     if (scan.figures.kept == checked) return scan;
     RILIEVO_ASSIGN_OR_RETURN(scan, KeepPoints(found.keep, std::move(scan), options, context));
-    again = static_cast<double>(found.outliers) > kMany * static_cast<double>(checked);
+    if (static_cast<double>(found.outliers) < kMany * static_cast<double>(checked)) return scan;
   }
   return scan;
 }

@@ -74,8 +74,8 @@ class Options(MeshOptions, total=False):
     topology: Optional[Topology]
     """The topology of the control mesh."""
     outliers: Optional[Outliers]
-    """Whether points off all others, and points that fill volumes as leaves do, are left out or are
-    part of the surface."""
+    """Whether points off all others, small islands, and points that fill volumes as leaves do are
+    left out or are part of the surface."""
     stations: Optional[SightRule]
     """Whether the surface faces the places that its points were seen from: "auto", when these are
     known and believable; "use", without a check; or "ignore"."""
@@ -190,6 +190,8 @@ def as_message(options: Union[Options, MeshOptions], function: str = "reconstruc
                               ("bridge_gaps_below", message.control)):
         if parameter in given:
             _set_length(target, parameter, given.pop(parameter), unit)
+    if given.get("outliers") == "keep":
+        message.scan.min_component_share = 0
     for parameter, value in given.items():
         group, field, kind = _FIELDS[parameter]
         target = getattr(message, group) if group else message
