@@ -18,7 +18,10 @@ constexpr int64_t kBlockBytes = 1 << 20;
 
 // What the store says, as an attempt at a job ends by it.
 absl::Status OfAttempt(const absl::Status& status) {
-  if (absl::IsFailedPrecondition(status)) return absl::AbortedError(status.message());
+  // DATA_LOSS would be said of the scan.
+  if (absl::IsFailedPrecondition(status) || absl::IsDataLoss(status)) {
+    return absl::AbortedError(status.message());
+  }
   if (absl::IsResourceExhausted(status)) return absl::UnavailableError(status.message());
   return status;
 }
@@ -99,11 +102,17 @@ absl::Status PartsInStore::Fetch(PartStep step, int part, const PieceSink& take)
   const auto file = store_->ReadPart(worker_.job_id, step, part, &sha256);
   bool whole = false;
   if (file.ok()) {
-    RILIEVO_ASSIGN_OR_RETURN(whole, CopyBlob(*file, sha256, take));
+    const absl::StatusOr<bool> copied = CopyBlob(*file, sha256, take);
+    if (absl::IsDataLoss(copied.status())) return OfAttempt(copied.status());
+    RILIEVO_RETURN_IF_ERROR(copied.status());
+    whole = *copied;
   } else if (!absl::IsNotFound(file.status())) {
     return OfAttempt(file.status());
   }
   if (whole) return absl::OkStatus();
+  if (sha256.empty()) {
+    return absl::AbortedError("the job ended, or a part that is not done was asked for");
+  }
   store_->DropPart(worker_, step, part, sha256).IgnoreError();
   return absl::AbortedError("what came of a part is damaged; it is done again");
 }

@@ -101,11 +101,14 @@ absl::StatusOr<int64_t> BlobFolder::BytesOf(const std::string& name) const {
   return file.Size();
 }
 
+// No other name is that of a blob: it might be that of the folder itself.
 absl::Status BlobFolder::Remove(const std::string& name) const {
+  if (!IsContentName(name)) return absl::OkStatus();
   return RemoveFile(path_ + "/" + name);
 }
 
 absl::Status BlobFolder::SetAside(const std::string& name) const {
+  if (!IsContentName(name)) return absl::OkStatus();
   const std::string folder = path_.substr(0, path_.rfind('/')) + "/damaged";
   RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
   if (std::rename((path_ + "/" + name).c_str(), (folder + "/" + name).c_str()) != 0 &&

@@ -69,7 +69,8 @@ class BlobStore {
   // OK also when there was none.
   virtual absl::Status Remove(const std::string& name) const = 0;
 
-  // Takes one whose bytes are not those of its name out of the way, for an operator to look at.
+  // Takes one whose bytes are not those of its name out of the way, for an operator to look at; OK
+  // also when there was none.
   virtual absl::Status SetAside(const std::string& name) const = 0;
 
   virtual absl::StatusOr<std::vector<FileEntry>> List() const = 0;

@@ -47,19 +47,23 @@ absl::StatusOr<FileDescriptor> JobStore::ReadPart(const std::string& job_id, Par
     const auto tables = tables_->Take();
     RILIEVO_ASSIGN_OR_RETURN(*sha256, PartQueue(&tables->database()).Result(job_id, step, part));
   }
-  return blobs_->Read(*sha256);
+  absl::StatusOr<FileDescriptor> file = blobs_->Read(*sha256);
+  // It went while it was read.
+  if (absl::IsDataLoss(file.status())) return absl::NotFoundError(file.status().message());
+  return file;
 }
 
 absl::Status JobStore::DropPart(const PartWorker& worker, PartStep step, int part,
                                 const std::string& sha256) {
   const auto tables = tables_->Take();
-  Report(absl::StrCat("part ", part, " of job ", worker.job_id, " is damaged; it is set aside"));
-  RILIEVO_RETURN_IF_ERROR(blobs_->SetAside(sha256));
   return Free(tables.get(), [&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(
         const bool dropped,
         PartQueue(&tables->database()).Reopen(worker.job_id, step, part, sha256));
-    return dropped ? tables->DropPart(worker.owner, sha256) : absl::OkStatus();
+    if (!dropped) return absl::OkStatus();
+    Report(absl::StrCat("part ", part, " of job ", worker.job_id, " is damaged; it is set aside"));
+    RILIEVO_RETURN_IF_ERROR(blobs_->SetAside(sha256));
+    return tables->DropPart(worker.owner, sha256);
   });
 }
 

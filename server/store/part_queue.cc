@@ -140,7 +140,7 @@ absl::StatusOr<bool> PartQueue::Reopen(const std::string& job_id, PartStep step,
                                        const std::string& result) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("UPDATE job_parts SET result = '' WHERE job_id = $1 AND step"
-                                      " = $2 AND part = $3 AND result = $4"));
+                                      " = $2 AND part = $3 AND result = $4 AND result <> ''"));
   RILIEVO_RETURN_IF_ERROR(query.Bind(job_id).Bind(NumberOf(step)).Bind(part).Bind(result).Run());
   return database_->Changes() == 1;
 }

@@ -136,6 +136,11 @@ TEST_F(SharedPartsTest, ADamagedOneIsDoneAgain) {
   EXPECT_EQ(TakenPart(Helper()), 1);
   EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("11")).ok());
   EXPECT_EQ(Bytes(0), "00");
+  // Another worker has seen the damage too, after the part was done again or the job ended.
+  ASSERT_TRUE(store_->DropPart(Leader(), kStep, 0, ContentNameOf("11")).ok());
+  ASSERT_TRUE(store_->DropPart(Leader(), kStep, 1, "").ok());
+  EXPECT_EQ(reports_.size(), 1u);
+  EXPECT_EQ(Bytes(0), "00");
   Counts();
 }
 

@@ -38,6 +38,23 @@ TEST(BlobFolder, WhatOthersAreAtStays) {
   EXPECT_FALSE(std::filesystem::exists(test / "blobs/new-3")) << "nobody is at it for a day";
 }
 
+TEST(BlobFolder, OnlyBlobsAreTakenOutOfTheWay) {
+  const TestFolder test;
+  const auto blobs = BlobFolder::Open(test / "blobs");
+  const std::string one = *blobs->Put({{1}}), two = *blobs->Put({{2}});
+  std::ofstream(test / "jobs.db") << "x";
+  for (const char* name : {"", ".", "..", "../jobs.db"}) {
+    EXPECT_TRUE(blobs->SetAside(name).ok()) << name;
+    EXPECT_TRUE(blobs->Remove(name).ok()) << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists(test / "damaged"));
+  EXPECT_TRUE(std::filesystem::exists(test / "jobs.db"));
+  EXPECT_TRUE(blobs->BytesOf(one).ok() && blobs->BytesOf(two).ok());
+  EXPECT_TRUE(blobs->SetAside(one).ok());
+  EXPECT_TRUE(std::filesystem::exists(test / "damaged/" + one));
+  EXPECT_TRUE(blobs->BytesOf(two).ok());
+}
+
 // A full disk is played by the largest size of a file.
 TEST(BlobFolder, AFullDiskLeavesNothingBehind) {
   const TestFolder test;
