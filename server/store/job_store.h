@@ -4,10 +4,13 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -216,6 +219,12 @@ class JobStore {
   void ReportDamaged(JobTables* tables);
   void Report(const std::string& line) const;
 
+  // Parts that the runs of this process hold, whose leases go on: by job and worker, of whom each
+  // holds one.
+  void Hold(const std::string& job_id, const std::string& worker,
+            const std::optional<PartClaim>& claim);
+  std::vector<PartClaim> HeldBy(const std::string& worker) const;
+
   const bool shared_;
   const FileDescriptor lock_;
   const StoreSettings settings_;
@@ -225,6 +234,8 @@ class JobStore {
   const std::unique_ptr<BlobStore> blobs_;
   const std::unique_ptr<ScanUploads> uploads_;
   const std::unique_ptr<DiskRoom> room_;
+  mutable std::mutex held_mutex_;
+  std::map<std::pair<std::string, std::string>, PartClaim> held_;
 };
 
 }  // namespace rilievo

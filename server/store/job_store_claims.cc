@@ -28,7 +28,7 @@ absl::StatusOr<std::optional<StoredJob>> JobStore::Claim(const ClaimDemand& dema
 absl::StatusOr<std::vector<JobClaim>> JobStore::Renew(const ClaimDemand& worker, int64_t* freed) {
   const auto tables = tables_->Take();
   int64_t count = 0;
-  RILIEVO_RETURN_IF_ERROR(PartQueue(&tables->database()).Renew(worker.worker));
+  RILIEVO_RETURN_IF_ERROR(PartQueue(&tables->database()).Renew(HeldBy(worker.worker)));
   return JobQueue(&tables->database()).Renew(worker, freed == nullptr ? &count : freed);
 }
 

@@ -1,4 +1,5 @@
 // The parts of large jobs that the workers of a shared store do.
+#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -20,8 +21,31 @@ absl::Status JobStore::LeadParts(const PartWorker& leader) {
 
 absl::StatusOr<PartQueue::Turn> JobStore::TakePart(const PartWorker& worker, PartStep step,
                                                    int count) {
+  // One that it took and never heard of, as when the connection broke, is free again before long.
+  Hold(worker.job_id, worker.worker, std::nullopt);
   const auto tables = tables_->Take();
-  return PartQueue(&tables->database()).Take(worker, step, count, settings_.checked_share);
+  auto turn = PartQueue(&tables->database()).Take(worker, step, count, settings_.checked_share);
+  if (turn.ok()) Hold(worker.job_id, worker.worker, turn->claim);
+  return turn;
+}
+
+void JobStore::Hold(const std::string& job_id, const std::string& worker,
+                    const std::optional<PartClaim>& claim) {
+  const std::lock_guard lock(held_mutex_);
+  if (claim) {
+    held_[{job_id, worker}] = *claim;
+  } else {
+    held_.erase(std::pair(job_id, worker));
+  }
+}
+
+std::vector<PartClaim> JobStore::HeldBy(const std::string& worker) const {
+  const std::lock_guard lock(held_mutex_);
+  std::vector<PartClaim> claims;
+  for (const auto& [whose, claim] : held_) {
+    if (whose.second == worker) claims.push_back(claim);
+  }
+  return claims;
 }
 
 absl::Status JobStore::KeepPart(const PartClaim& claim, const BlobSource& bytes) {
@@ -36,6 +60,7 @@ absl::Status JobStore::KeepPart(const PartClaim& claim, const BlobSource& bytes)
     if (what == PartQueue::Kept::kSame) return absl::OkStatus();
     return tables->UsePart(claim.owner, staged->name());
   });
+  if (kept.ok() || absl::IsAborted(kept)) Hold(claim.job_id, claim.worker, std::nullopt);
   if (!absl::IsAborted(kept)) return kept;
   RILIEVO_ASSIGN_OR_RETURN(const bool goes_on, PartQueue(&tables->database()).Waits(claim.job_id));
   return goes_on ? absl::OkStatus() : absl::FailedPreconditionError("the job ended");
@@ -68,6 +93,7 @@ absl::Status JobStore::DropPart(const PartWorker& worker, PartStep step, int par
 }
 
 absl::Status JobStore::ReleaseParts(const std::string& job_id, const std::string& worker) {
+  Hold(job_id, worker, std::nullopt);
   const auto tables = tables_->Take();
   return PartQueue(&tables->database()).Release(job_id, worker);
 }

@@ -154,17 +154,21 @@ absl::Status PartQueue::Release(const std::string& job_id, const std::string& wo
   });
 }
 
-absl::Status PartQueue::Renew(const std::string& worker) {
+absl::Status PartQueue::Renew(const std::vector<PartClaim>& held) {
   static const std::string renew =
-      absl::StrCat("UPDATE job_parts SET lease_until = now() + ", kLease, " WHERE worker = $1");
+      absl::StrCat("UPDATE job_parts SET lease_until = now() + ", kLease,
+                   " WHERE job_id = $1 AND step = $2 AND part = $3 AND claim = $4 AND worker = $5");
   static const std::string free = absl::StrCat(
       "UPDATE job_parts SET worker = '', lease_until = NULL WHERE (job_id, step, part) IN (SELECT"
       " job_id, step, part FROM job_parts WHERE worker <> '' AND lease_until < now() AND"
       " pg_postmaster_start_time() < now() - ",
       kLease, " FOR UPDATE SKIP LOCKED)");
   return database_->TransactUnflushed([&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(renew));
-    RILIEVO_RETURN_IF_ERROR(query.Bind(worker).Post());
+    for (const PartClaim& claim : held) {
+      RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(renew));
+      query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part).Bind(claim.number);
+      RILIEVO_RETURN_IF_ERROR(query.Bind(claim.worker).Post());
+    }
     RILIEVO_ASSIGN_OR_RETURN(Query lost, database_->Prepare(free));
     return lost.Post();
   });

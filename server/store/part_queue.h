@@ -68,8 +68,8 @@ class PartQueue {
   // Gives back what a worker has taken of a job. In a transaction of its own.
   absl::Status Release(const std::string& job_id, const std::string& worker);
 
-  // Leases of the worker go on; parts whose lease is over are free. In a transaction of its own.
-  absl::Status Renew(const std::string& worker);
+  // Their leases go on; parts whose lease is over are free. In a transaction of its own.
+  absl::Status Renew(const std::vector<PartClaim>& held);
 
   // Jobs with parts that wait for somebody to help, oldest first: of those that another one leads,
   // that need no more memory, by the same recipe.

@@ -190,6 +190,9 @@ TEST_F(SharedPartsTest, ThoseOfAJobThatIsGoneAreSweptUp) {
 TEST_F(SharedPartsTest, LeasesRunOutUnlessTheyAreRenewed) {
   ASSERT_TRUE(Take(Leader()));
   ASSERT_TRUE(Take(Helper("lost")));
+  // What a worker took without hearing of it, as when its connection broke.
+  ASSERT_TRUE(
+      database_->Execute("UPDATE job_parts SET worker = 'leader', claim = 1 WHERE part = 2").ok());
   ASSERT_TRUE(
       database_->Execute("UPDATE job_parts SET lease_until = now() - interval '1 second'").ok());
   const char* const kYoung =
@@ -197,6 +200,7 @@ TEST_F(SharedPartsTest, LeasesRunOutUnlessTheyAreRenewed) {
   while (*database_->Number(kYoung) != 0) std::this_thread::sleep_for(std::chrono::seconds(1));
   ASSERT_TRUE(store_->Renew({.worker = "leader", .memory = 1'000}).ok());
   EXPECT_EQ(TakenPart(Helper()), 1) << "the leader's goes on";
+  EXPECT_EQ(TakenPart(Helper()), 2) << "it holds but one";
 }
 
 }  // namespace
