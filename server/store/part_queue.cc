@@ -83,7 +83,7 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
     RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
     query.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.worker).Bind(worker.claim);
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return absl::OkStatus();
+    if (!row) return turn.done == count ? absl::OkStatus() : CheckLed(worker);
     turn.claim = {.job_id = worker.job_id,
                   .owner = worker.owner,
                   .step = step,
@@ -94,6 +94,14 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
   });
   if (!taken.ok()) return taken;
   return turn;
+}
+
+absl::Status PartQueue::CheckLed(const PartWorker& worker) {
+  if (worker.claim != 0) return absl::OkStatus();
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 AND worker <> ''"));
+  RILIEVO_ASSIGN_OR_RETURN(const bool led, query.Bind(worker.job_id).Step());
+  return led ? query.Run() : absl::FailedPreconditionError("the job waits for a leader");
 }
 
 absl::StatusOr<PartQueue::Kept> PartQueue::Finish(const PartClaim& claim,
@@ -181,7 +189,8 @@ absl::StatusOr<std::vector<std::string>> PartQueue::JobsToHelp(const std::string
       "SELECT job_id FROM queue WHERE worker <> '' AND worker <> $1 AND memory <= $2 AND"
       " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND recipe = $3 AND"
       " job_parts.claim < ",
-      kMostTries, " AND job_parts.", kOpen, ") ORDER BY number LIMIT 16");
+      kMostTries, " AND step < ", NumberOf(PartStep::kCoded), " AND job_parts.", kOpen,
+      ") ORDER BY number LIMIT 16");
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
   query.Bind(worker).Bind(memory).Bind(recipe);
   std::vector<std::string> jobs;

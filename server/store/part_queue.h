@@ -46,7 +46,8 @@ class PartQueue {
   // of a step that has several is done twice, by another worker where there is one. Those who help
   // leave a part that was taken kMostTries times to the worker that leads.
   // FAILED_PRECONDITION when the job is finished, was removed, or has another leader or parts of
-  // another recipe; INTERNAL when other workers have cut the step into another number of parts.
+  // another recipe, or nothing is open to one who helps and nobody leads; INTERNAL when other
+  // workers have cut the step into another number of parts.
   absl::StatusOr<Turn> Take(const PartWorker& worker, PartStep step, int count,
                             int64_t checked_share);
 
@@ -88,6 +89,8 @@ class PartQueue {
 
  private:
   absl::StatusOr<bool> IsInForce(const PartWorker& worker);
+  // Or those who help would wait for each other, and keep their places from the job.
+  absl::Status CheckLed(const PartWorker& worker);
   static absl::StatusOr<std::vector<std::string>> BlobsOf(Query* query);
   // How many parts the step has, after they were made where there were none.
   absl::StatusOr<int> Make(const PartWorker& worker, PartStep step, int count,

@@ -125,7 +125,17 @@ TEST_F(SharedPartsTest, APartThatEndsThreeWorkersIsLeftToTheLeader) {
   }
   EXPECT_EQ(TakenPart(Helper()), -1);
   EXPECT_THAT(ToHelp("helper"), IsEmpty());
+  ASSERT_TRUE(database_->Execute("UPDATE queue SET worker = ''").ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(Helper(), kStep, 3).status()))
+      << "nobody is there to do it";
+  ASSERT_TRUE(database_->Execute("UPDATE queue SET worker = 'leader'").ok());
   EXPECT_EQ(TakenPart(Leader()), 0);
+}
+
+TEST_F(SharedPartsTest, NobodyHelpsToPutThemTogether) {
+  ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoded, 1)->claim);
+  ASSERT_TRUE(store_->ReleaseParts("`", "leader").ok());
+  EXPECT_THAT(ToHelp("helper"), IsEmpty());
 }
 
 TEST_F(SharedPartsTest, ADamagedOneIsDoneAgain) {
