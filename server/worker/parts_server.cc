@@ -15,6 +15,9 @@ namespace {
 // A scan of 10^12 points has as many of a thousand points.
 constexpr int kMostPartsOfStep = 1 << 30;
 
+// More than a step is cut into, each a row of the store's.
+constexpr int64_t kFewParts = 1024, kFewPoints = 1024;
+
 // Of what the job takes of a scratch folder, what may come of all of its parts; parts are done
 // twice, or again after a worker was lost.
 constexpr int64_t kShareOfScratch = 4, kSmallBytes = 64 << 20;
@@ -52,6 +55,10 @@ absl::Status PartsServer::Answer(const worker::WorkerMessage& asked) {
 }
 
 absl::Status PartsServer::TellTurn(PartStep step, int count) {
+  const bool is_whole = step == PartStep::kCoarse || step == PartStep::kCoded;
+  if (count > (is_whole ? 1 : kFewParts + job_.size.points / kFewPoints)) {
+    return NotAllowed("the worker cuts a step into more parts than it has");
+  }
   RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, job_.parts->shared->Next(step, count));
   given_ = {step, turn.part.value_or(-1)};
   worker::ServerMessage message;

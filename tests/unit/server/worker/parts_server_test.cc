@@ -128,6 +128,18 @@ TEST_F(PartsServerTest, AWorkerDoesNoPartThatItWasNotGiven) {
   EXPECT_TRUE(absl::IsInternal(Serve()));
 }
 
+TEST_F(PartsServerTest, AStepIsNotCutIntoMorePartsThanItHas) {
+  worker::WorkerMessage message;
+  const auto cut = [&](PartStep step, int count) {
+    message.mutable_next_part()->set_step(static_cast<int>(step));
+    message.mutable_next_part()->set_part(count);
+    EXPECT_TRUE(SendMessage(worker_end_, message).ok());
+    EXPECT_TRUE(absl::IsInternal(Serve())) << count;
+  };
+  cut(kStep, 1 << 30);
+  cut(PartStep::kCoarse, 2);
+}
+
 TEST_F(PartsServerTest, WhatTheStoreSaysIsPassedOn) {
   shared_->parts.resize(1);
   worker::WorkerMessage message;
