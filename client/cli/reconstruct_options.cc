@@ -146,7 +146,8 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
   } else {
     app->add_option("--boundary", a->boundary,
                     "exact: the border of the surface comes to that of the mesh within 1e-5 of the "
-                    "diagonal, in a larger file; default keep")
+                    "diagonal, or a warning says by how much it is missed, in a larger file; "
+                    "default keep")
         ->check(CLI::IsMember({"keep", "exact"}));
   }
   AddPlaceOptions(app, &a->place);

@@ -164,15 +164,14 @@ class BorderFit {
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::array<int, 2>>> FitBorder(const KnownBorders& borders, double most,
-                                                          const RunContext& context,
-                                                          ControlMesh* mesh) {
+absl::StatusOr<BorderMiss> FitBorder(const KnownBorders& borders, double allowed,
+                                     const RunContext& context, ControlMesh* mesh) {
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
   RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, TreeOfSegments(borders.lines, context));
   const BorderFit fit(borders, tree);
-  std::vector<std::array<int, 2>> far;
+  BorderMiss miss;
   for (std::vector<int>& vertices : BoundaryLoops(topology)) {
     BorderLoop loop{std::move(vertices), {}, {}};
     for (const int v : loop.vertices) {
@@ -189,12 +188,13 @@ absl::StatusOr<std::vector<std::array<int, 2>>> FitBorder(const KnownBorders& bo
     mesh->vertices(Eigen::all, loop.vertices) = loop.points;
     const std::vector<double> misses = fit.MissOf(samples, loop);
     for (size_t i = 0; i < misses.size(); ++i) {
-      if (misses[i] > most) {
-        far.push_back({loop.vertices[i], loop.vertices[(i + 1) % misses.size()]});
+      miss.most = std::max(miss.most, misses[i]);
+      if (misses[i] > allowed) {
+        miss.far.push_back({loop.vertices[i], loop.vertices[(i + 1) % misses.size()]});
       }
     }
   }
-  return far;
+  return miss;
 }
 
 }  // namespace rilievo

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -89,9 +90,10 @@ double PositionStepOf(const ScanSurface& scan, const ReconstructOptions& options
 absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context,
                           ControlMesh* mesh) {
   for (int halvings = 0;; ++halvings) {
-    RILIEVO_ASSIGN_OR_RETURN(const auto far, FitBorder(borders, kMissOfBorders, context, mesh));
-    if (far.empty() || halvings == kMostHalvings) return absl::OkStatus();
-    *mesh = HalveEdges(*mesh, far);
+    RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss,
+                             FitBorder(borders, kMissOfBorders, context, mesh));
+    if (miss.far.empty() || halvings == kMostHalvings) return absl::OkStatus();
+    *mesh = HalveEdges(*mesh, miss.far);
   }
 }
 
@@ -132,12 +134,14 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
-  if (scan.borders.any()) {
-    RILIEVO_RETURN_IF_ERROR(
-        FitBorder(scan.borders, kMissOfBorders, context, &domain.fit.control_mesh).status());
-  }
   domain.position_step = PositionStepOf(scan, options, domain);
   domain.has_exact_border = scan.borders.any();
+  if (domain.has_exact_border) {
+    RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss, FitBorder(scan.borders, kMissOfBorders, context,
+                                                              &domain.fit.control_mesh));
+    const double step = std::ldexp(domain.position_step, -BorderDigitsOf(domain));
+    domain.border_miss = miss.most + std::numbers::sqrt3 / 2 * step;
+  }
   return domain;
 }
 

@@ -24,6 +24,7 @@ struct Domain {
   bool is_filled = false;  // see FillByArcs(): then the step is at most kStepWhereFilled
   bool is_given = false;   // see DomainOfMesh(): then finer levels are only made where asked for
   bool has_exact_border = false;  // see BoundaryRule::kExact: then heights on borders are zero
+  double border_miss = 0;         // the farthest that such a border is off, with its rounding
 };
 
 // See EncodeOptions: those that an exact border needs past the step; else 0.

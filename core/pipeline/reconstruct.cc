@@ -102,6 +102,7 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
   report.topology = TopologyName(control.topology);
   report.topology_reason = control.reason;
   report.domain_rms = coded.domain.fit.rms_after;
+  report.border_miss = coded.domain.border_miss;
   report.fit_rounds = coded.domain.fit.rounds;
   report.fit_converged = coded.domain.fit.converged;
   const DisplacedSurface& surface = coded.surface;

@@ -73,6 +73,7 @@ struct ReconstructReport {
   int control_vertices = 0, control_faces = 0, max_level = 0;
   int64_t surface_vertices = 0, surface_faces = 0;  // at max_level
   double domain_rms = 0;                            // cloud to domain surface after the fit
+  double border_miss = 0;                           // of a border that is to be exact, see Domain
   int fit_rounds = 0;
   bool fit_converged = false;
   int64_t heights_measured = 0, heights_smoothed = 0, heights_filled = 0;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "core/control/control_options.h"
 #include "core/pipeline/code_surface.h"
 
 namespace rilievo {
@@ -113,6 +114,12 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
         "The noise (%.2f %% of the diagonal) exceeds the spacing of the points (%.2f %%): detail "
         "below the noise is smoothed away.",
         100 * report.median_noise, 100 * report.median_spacing));
+  }
+  if (report.border_miss > kExactBorder) {
+    warnings.push_back(
+        absl::StrFormat("The border of the surface is not exact: it is up to %.4f %% of the "
+                        "diagonal away from that of the mesh; try more control faces.",
+                        100 * report.border_miss));
   }
   if (report.colors_left_out) {
     warnings.emplace_back(

@@ -66,7 +66,8 @@ class MeshOptions(TypedDict, total=False):
 class ConvertOptions(MeshOptions, total=False):
     """Of a mesh that is converted as it is."""
     boundary: Optional[MeshBoundary]
-    """Keep borders, or meet them exactly: within 1e-5 of the diagonal, in a larger file."""
+    """Keep borders, or meet them exactly: within 1e-5 of the diagonal, or a warning says by how
+    much they are missed; in a larger file."""
 
 
 class Options(MeshOptions, total=False):

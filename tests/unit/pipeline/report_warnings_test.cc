@@ -30,11 +30,13 @@ TEST(WarningsTest, EachFaultHasASentence) {
   report.normal_disagreement = 0.3;
   report.heights_filled = 500;
   report.median_noise = 0.01;
+  report.border_miss = 3e-5;
   report.strays = 2;
   report.non_finite = 7;
   EXPECT_THAT(WarningsOf(report),
               ElementsAre(HasSubstr("5.0 of their spacings"), HasSubstr("30 %"), HasSubstr("50 %"),
-                          HasSubstr("1.00 %"), HasSubstr("2 point(s)"), HasSubstr("7 point(s)")));
+                          HasSubstr("1.00 %"), HasSubstr("up to 0.0030 %"), HasSubstr("2 point(s)"),
+                          HasSubstr("7 point(s)")));
 }
 
 TEST(WarningsTest, BordersThatWereToBeClosedAndStayOpenAreNamed) {
