@@ -15,6 +15,7 @@
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
 #include "core/domain/fit_border.h"
+#include "core/geometry/mesh_topology.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
 
@@ -97,6 +98,19 @@ absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context
   }
 }
 
+// Gives the corners on the border of `*mesh` the places that they have in `before`: a fit to points
+// slides them along the border, farther than to their neighbours where edges are short.
+absl::Status PutCornersBack(const ControlMesh& before, ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      const MeshTopology topology,
+      BuildMeshTopology(before.faces, static_cast<int>(before.vertices.cols())));
+  for (const int v : before.corners) {
+    if (topology.boundary_vertex[static_cast<size_t>(v)] == 0) continue;
+    mesh->vertices.col(v) = before.vertices.col(v);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 int BorderDigitsOf(const Domain& domain) {
@@ -137,6 +151,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   domain.position_step = PositionStepOf(scan, options, domain);
   domain.has_exact_border = scan.borders.any();
   if (domain.has_exact_border) {
+    RILIEVO_RETURN_IF_ERROR(PutCornersBack(mesh, &domain.fit.control_mesh));
     RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss, FitBorder(scan.borders, kMissOfBorders, context,
                                                               &domain.fit.control_mesh));
     const double step = std::ldexp(domain.position_step, -BorderDigitsOf(domain));

@@ -277,6 +277,12 @@ TEST(ShapeMeshTest, BordersAreExactWhereThatIsAsked) {
   }
   EXPECT_GT(on_border, 100);
   EXPECT_LT(farthest, kExactBorder * made->report.diagonal);
+  // Its two corners are the surface's.
+  for (const Eigen::Index corner : {cap.points.cols() - 101, cap.points.cols() - 1}) {
+    const double off =
+        (mesh.vertices.colwise() - cap.points.col(corner)).colwise().norm().minCoeff();
+    EXPECT_LT(off, kExactBorder * made->report.diagonal);
+  }
   EXPECT_LT(ErrorOf(cap, *made).rms, 2e-4);
   // Of a scan there is no such border.
   EXPECT_THAT(Reconstruct({cap.points}, options, RunContext{}).status().message(),
