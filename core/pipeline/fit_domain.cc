@@ -111,6 +111,17 @@ absl::Status PutCornersBack(const ControlMesh& before, ControlMesh* mesh) {
   return absl::OkStatus();
 }
 
+// Likewise all control points on the border: across a slit they come to the wrong side.
+absl::Status PutBorderBack(const ControlMesh& before, ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      const MeshTopology topology,
+      BuildMeshTopology(before.faces, static_cast<int>(before.vertices.cols())));
+  for (const std::vector<int>& loop : BoundaryLoops(topology)) {
+    mesh->vertices(Eigen::all, loop) = before.vertices(Eigen::all, loop);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 int BorderDigitsOf(const Domain& domain) {
@@ -151,11 +162,16 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   domain.position_step = PositionStepOf(scan, options, domain);
   domain.has_exact_border = scan.borders.any();
   if (domain.has_exact_border) {
+    ControlMesh unmoved = domain.fit.control_mesh;
+    RILIEVO_RETURN_IF_ERROR(PutBorderBack(mesh, &unmoved));
     RILIEVO_RETURN_IF_ERROR(PutCornersBack(mesh, &domain.fit.control_mesh));
     RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss, FitBorder(scan.borders, kMissOfBorders, context,
                                                               &domain.fit.control_mesh));
+    RILIEVO_ASSIGN_OR_RETURN(const BorderMiss other,
+                             FitBorder(scan.borders, kMissOfBorders, context, &unmoved));
+    if (other.most < miss.most) domain.fit.control_mesh = std::move(unmoved);
     const double step = std::ldexp(domain.position_step, -BorderDigitsOf(domain));
-    domain.border_miss = miss.most + std::numbers::sqrt3 / 2 * step;
+    domain.border_miss = std::min(miss.most, other.most) + std::numbers::sqrt3 / 2 * step;
   }
   return domain;
 }
