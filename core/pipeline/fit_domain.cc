@@ -122,6 +122,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   ControlMesh mesh = start;
   if (scan.borders.any()) {
     RILIEVO_RETURN_IF_ERROR(RefineBorder(scan.borders, context, &mesh));
+    domain.halved_faces = mesh.faces.cols() - start.faces.cols();
   }
   if (options.control.scheme == DomainScheme::kCatmullClark && !mesh.quads()) {
     RILIEVO_ASSIGN_OR_RETURN(mesh, QuadControlMesh(mesh));

@@ -21,8 +21,9 @@ struct Domain {
   // Of the control-point quantiser: heights are sampled over the mesh rounded to it, and so take up
   // the rounding.
   double position_step = 0;
-  bool is_filled = false;  // see FillByArcs(): then the step is at most kStepWhereFilled
-  bool is_given = false;   // see DomainOfMesh(): then finer levels are only made where asked for
+  bool is_filled = false;    // see FillByArcs(): then the step is at most kStepWhereFilled
+  bool is_given = false;     // see DomainOfMesh(): then finer levels are only made where asked for
+  int64_t halved_faces = 0;  // that came of halved edges of an exact border
   bool has_exact_border = false;  // see BoundaryRule::kExact: then heights on borders are zero
 };
 

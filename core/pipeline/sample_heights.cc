@@ -50,9 +50,15 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   const ControlMesh& mesh = surface.control_mesh;
   ReconstructOptions leveled = options;
   if (sampled.domain.is_given && !leveled.max_level) leveled.max_level = 0;
-  RILIEVO_ASSIGN_OR_RETURN(const int level,
+  // The faces inside, as large as they were, need the level that they did.
+  const int64_t faces = mesh.faces.cols(), whole_faces = faces - sampled.domain.halved_faces;
+  RILIEVO_ASSIGN_OR_RETURN(int level,
                            LevelFor(leveled, scan.cloud.points.cols(), scan.cloud.median_spacing,
-                                    scan.cloud.median_noise, mesh.faces.cols()));
+                                    scan.cloud.median_noise, whole_faces));
+  while (!leveled.max_level && level > 0 && faces > options.max_surface_faces >> (2 * level)) {
+    --level;
+  }
+  RILIEVO_RETURN_IF_ERROR(CheckSurfaceFaces(faces, level, options.max_surface_faces));
   surface.max_level = level;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
