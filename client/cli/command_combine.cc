@@ -99,7 +99,7 @@ Command AddCombine(CLI::App& program) {
       ->excludes(unite)
       ->excludes(intersect);
   AddMakingOptions(app, ShapeInput::kMesh, &a->making);
-  app->remove_option(app->get_option("--colors"));
+  for (const char* name : {"--colors", "--boundary"}) app->remove_option(app->get_option(name));
   app->add_option("--keep-mesh", a->kept_mesh,
                   "write the combined triangles that the surface is made of to this .ply file, for "
                   "verify and compare");

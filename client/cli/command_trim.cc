@@ -146,13 +146,14 @@ Command AddTrim(CLI::App& program) {
                 "close the surface along the shape, as 'rilievo combine' with the shape as a solid "
                 "does; the input must be closed");
   AddMakingOptions(app, ShapeInput::kMesh, &a->making);
-  app->remove_option(app->get_option("--colors"));
+  for (const char* name : {"--colors", "--boundary"}) app->remove_option(app->get_option(name));
   app->add_option("--keep-mesh", a->kept_mesh,
                   "write the trimmed triangles that the surface is made of to this .ply file; "
                   "those of both sides have the same border, to the last bit");
   AddFormatOption(app, &a->format);
   return {app, [a](const std::stop_token& stop) {
             a->making.further_inputs = {a->polyline};
+            if (!a->cap) a->making.options.boundary = "exact";
             return Trim(*a, stop);
           }};
 }

@@ -141,7 +141,14 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
                   "join pieces whose borders run along each other less than this apart, written "
                   "like --max-error; default none")
       ->check(IsLength(kNarrowestGap, kWidestGap));
-  if (input == ShapeInput::kScan) AddScanShapeOptions(app, a);
+  if (input == ShapeInput::kScan) {
+    AddScanShapeOptions(app, a);
+  } else {
+    app->add_option("--boundary", a->boundary,
+                    "exact: the border of the surface comes to that of the mesh within 1e-5 of the "
+                    "diagonal, in a larger file; default keep")
+        ->check(CLI::IsMember({"keep", "exact"}));
+  }
   AddPlaceOptions(app, &a->place);
   app->add_option("--seed", a->seed, "seed of all random choices; default 0");
   app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
@@ -173,7 +180,9 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
                                                           {"planar", v1::TOPOLOGY_PLANAR},
                                                           {"spherical", v1::TOPOLOGY_SPHERICAL},
                                                           {"arbitrary", v1::TOPOLOGY_ARBITRARY}};
-  control.set_boundary(arguments.boundary == "close" ? v1::BOUNDARY_CLOSE : v1::BOUNDARY_KEEP);
+  const std::map<std::string, v1::Boundary> boundaries = {
+      {"keep", v1::BOUNDARY_KEEP}, {"close", v1::BOUNDARY_CLOSE}, {"exact", v1::BOUNDARY_EXACT}};
+  control.set_boundary(boundaries.at(arguments.boundary));
   control.set_creases(arguments.creases == "auto" ? v1::CREASES_AUTO : v1::CREASES_OFF);
   if (arguments.scheme != "loop") control.set_scheme(v1::SCHEME_CATMULL_CLARK);
   if (arguments.control_faces) control.set_control_faces(*arguments.control_faces);

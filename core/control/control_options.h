@@ -19,6 +19,7 @@ enum class Topology {
 enum class BoundaryRule {
   kKeep,   // an open scan stays open
   kClose,  // holes and open borders are closed; topology planar keeps its outer border
+  kExact,  // of a mesh: its borders are met within kExactBorder
 };
 
 enum class CreaseRule {
@@ -33,6 +34,8 @@ enum class DomainScheme {
 
 const char* TopologyName(Topology topology);
 
+// Of the diagonal.
+inline constexpr double kExactBorder = 1e-5;
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
 inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;
 // The most that may be asked for or given.

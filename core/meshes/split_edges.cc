@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -172,26 +174,22 @@ int LongestCorner(const Edges& edges, int face) {
   return longest;
 }
 
-// The longest edges of all faces that are longer than `longest`, and of their neighbours in turn: a
-// face with a marked edge has its longest marked too.
-std::vector<uint8_t> EdgesToHalve(const Edges& edges, int faces, double longest) {
-  std::vector<uint8_t> marked(edges.ends.size(), 0);
+// Those given, by edge, and the longest edges of the faces at them, in turn: a face with a marked
+// edge has its longest marked too.
+std::vector<uint8_t> WithLongestBeside(const Edges& edges, std::vector<uint8_t> marked) {
   std::vector<int> waiting;
-  const auto mark_longest = [&](int face) {
-    const int edge = edges.of_half_edge[3 * face + LongestCorner(edges, face)];
-    if (marked[edge] != 0) return;
-    marked[edge] = 1;
-    waiting.push_back(edge);
-  };
-  for (int face = 0; face < faces; ++face) {
-    const int edge = edges.of_half_edge[3 * face + LongestCorner(edges, face)];
-    if (edges.length[edge] > longest) mark_longest(face);
-    while (!waiting.empty()) {
-      const auto beside = edges.faces[waiting.back()];
-      waiting.pop_back();
-      for (const int other : beside) {
-        if (other >= 0) mark_longest(other);
-      }
+  for (size_t edge = 0; edge < marked.size(); ++edge) {
+    if (marked[edge] != 0) waiting.push_back(static_cast<int>(edge));
+  }
+  while (!waiting.empty()) {
+    const auto beside = edges.faces[waiting.back()];
+    waiting.pop_back();
+    for (const int face : beside) {
+      if (face < 0) continue;
+      const int edge = edges.of_half_edge[3 * face + LongestCorner(edges, face)];
+      if (marked[edge] != 0) continue;
+      marked[edge] = 1;
+      waiting.push_back(edge);
     }
   }
   return marked;
@@ -211,24 +209,36 @@ void CutFace(int face, int longest, const Corners& middle, GrowingMesh* mesh) {
   if (bc >= 0) mesh->faces.push_back({ab, bc, c});
 }
 
-// Whether an edge was halved. The mesh has no gaps before and after.
-bool HalveLongEdges(double longest, GrowingMesh* mesh) {
-  const Edges edges = EdgesOf(*mesh);
+// The middle of each marked edge, else -1. The mesh has no gaps before and after.
+std::vector<int> HalveMarked(const Edges& edges, const std::vector<uint8_t>& marked,
+                             GrowingMesh* mesh) {
   const auto faces = static_cast<int>(mesh->faces.size());
-  const std::vector<uint8_t> marked = EdgesToHalve(edges, faces, longest);
   std::vector<int> middle(marked.size(), -1);
-  bool has_split = false;
   for (size_t edge = 0; edge < marked.size(); ++edge) {
     if (marked[edge] == 0) continue;
     middle[edge] = mesh->AddBetween(edges.ends[edge][0], edges.ends[edge][1]);
-    has_split = true;
   }
   for (int face = 0; face < faces; ++face) {
     Corners middles;
     for (int k = 0; k < 3; ++k) middles[k] = middle[edges.of_half_edge[3 * face + k]];
     CutFace(face, LongestCorner(edges, face), middles, mesh);
   }
-  return has_split;
+  return middle;
+}
+
+// Whether an edge was halved: of each face that has a longer one than `longest` its longest.
+bool HalveLongEdges(double longest, GrowingMesh* mesh) {
+  const Edges edges = EdgesOf(*mesh);
+  std::vector<uint8_t> marked(edges.ends.size(), 0);
+  bool has_long = false;
+  for (int face = 0; face < static_cast<int>(mesh->faces.size()); ++face) {
+    const int edge = edges.of_half_edge[3 * face + LongestCorner(edges, face)];
+    if (edges.length[edge] <= longest) continue;
+    marked[edge] = 1;
+    has_long = true;
+  }
+  if (has_long) HalveMarked(edges, WithLongestBeside(edges, std::move(marked)), mesh);
+  return has_long;
 }
 
 // Halved once a needle is three, each of half its length.
@@ -267,6 +277,37 @@ absl::StatusOr<ControlMesh> SplitLongEdges(ControlMesh mesh, double longest, int
   }
   while (HalveLongEdges(longest, &grown)) RILIEVO_RETURN_IF_ERROR(check());
   return Grown(grown);
+}
+
+ControlMesh HalveEdges(const ControlMesh& mesh, const std::vector<std::array<int, 2>>& edges) {
+  GrowingMesh grown = Growing(mesh);
+  const Edges all = EdgesOf(grown);
+  std::map<std::pair<int, int>, size_t> numbers;
+  for (size_t e = 0; e < all.ends.size(); ++e) numbers[{all.ends[e][0], all.ends[e][1]}] = e;
+  const auto number = [&](int a, int b) { return numbers.find(std::minmax(a, b)); };
+  std::vector<uint8_t> marked(all.ends.size(), 0);
+  for (const auto& [a, b] : edges) {
+    const auto found = number(a, b);
+    if (found != numbers.end()) marked[found->second] = 1;
+  }
+  const std::vector<int> middle =
+      HalveMarked(all, WithLongestBeside(all, std::move(marked)), &grown);
+  ControlMesh halved = Grown(grown);
+  halved.corners = mesh.corners;
+  for (const Crease& crease : mesh.creases) {
+    const auto found = number(crease.a, crease.b);
+    const int m = found == numbers.end() ? -1 : middle[found->second];
+    if (m < 0) {
+      halved.creases.push_back(crease);
+      continue;
+    }
+    halved.creases.push_back({crease.a, m, crease.sharpness});
+    halved.creases.push_back({crease.b, m, crease.sharpness});
+  }
+  std::sort(halved.creases.begin(), halved.creases.end(), [](const Crease& x, const Crease& y) {
+    return std::tie(x.a, x.b) < std::tie(y.a, y.b);
+  });
+  return halved;
 }
 
 }  // namespace rilievo

@@ -1,7 +1,9 @@
 // A mesh cut finer, so that a control mesh can be simplified out of it.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -19,5 +21,9 @@ namespace rilievo {
 // 2^28 faces; CANCELLED when stopped.
 absl::StatusOr<ControlMesh> SplitLongEdges(ControlMesh mesh, double longest, int64_t most_pieces,
                                            const RunContext& context);
+
+// `mesh`, a manifold of triangles, with these edges halved, given by their ends, and with them the
+// longest edges of the triangles at them, in turn (Rivara). Halves of creases are creases.
+ControlMesh HalveEdges(const ControlMesh& mesh, const std::vector<std::array<int, 2>>& edges);
 
 }  // namespace rilievo

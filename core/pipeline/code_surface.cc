@@ -37,7 +37,9 @@ absl::StatusOr<EncodedSurface> Encode(const CodedSurface& coded, std::optional<d
   const StageScope scope(Stage::kEncode, context);
   EncodeOptions encode = options.encode;
   encode.position_step = coded.domain.position_step;
+  encode.border_digits = BorderDigitsOf(coded.domain);
   encode.max_error = coding_error;
+  encode.keep_zero_border = coded.domain.has_exact_border;
   const DisplacedSurface& surface = coded.surface;
   const int64_t faces = surface.control_mesh.faces.cols() << (2 * surface.max_level);
   return EncodeDss(surface, WithWidestFigures(coded.metadata, options.measure, faces), encode,

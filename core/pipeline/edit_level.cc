@@ -36,6 +36,8 @@ absl::Status CheckLevel(const DecodedSurface& decoded, int level) {
 EncodeOptions OptionsFor(const OpenedDss& file) {
   EncodeOptions options;
   options.position_step = file.header.position_step;
+  options.border_digits = file.header.border_digits;
+  options.keep_zero_border = options.border_digits > 0;
   const double own = HeightStepOf(file);
   const double finer = std::max(kShareOfStep * own, std::min(own, kLeastStep));
   options.height_step = std::min(finer, kMaxStep);
@@ -84,8 +86,8 @@ absl::StatusOr<EditedLevel> EditLevel(std::span<const uint8_t> dss, int level,
                            ControlMeshThrough(surface, level, targets, context));
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(dss, /*check_groups=*/false));
   const EncodeOptions options = OptionsFor(file);
-  RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh,
-                           QuantizeControlMesh(through, options.position_step));
+  RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh, QuantizeControlMesh(through, options.position_step,
+                                                                     options.border_digits));
   const std::vector<float> heights = surface.heights;
   RILIEVO_RETURN_IF_ERROR(MoveHeightsTo(targets, level, context, &surface).status());
   KeepEditedHeights(heights, options.position_step, &surface);

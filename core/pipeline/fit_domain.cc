@@ -1,16 +1,20 @@
 #include "core/pipeline/fit_domain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "core/base/ablation.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/codec/mesh/border_coder.h"
 #include "core/control/creases/tag_creases.h"
 #include "core/control/quads/quad_control_mesh.h"
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
+#include "core/domain/fit_border.h"
+#include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
 
 namespace rilievo {
@@ -33,6 +37,12 @@ constexpr int kFewestExact = 24;  // faces
 // Of position steps.
 constexpr double kCoarsestStep = 5e-3;
 constexpr double kFinestOfLines = 1e-4;
+// How far the curve may be off, and the coarsest step of its points, of which rounding takes
+// sqrt(3) / 2. Lines cut along a curved shape are off by kTrimTolerance. Together less than
+// kExactBorder.
+constexpr double kMissOfBorders = 0.65 * kExactBorder, kStepOfBorders = 0.15 * kExactBorder;
+// Of edges of the border, each to half of its length.
+constexpr int kMostHalvings = 4;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
 constexpr double kOfCodingError = 4;
@@ -64,20 +74,34 @@ FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }
 
-void ChoosePositionStep(const ScanSurface& scan, const ReconstructOptions& options,
-                        Domain* domain) {
-  double& step = domain->position_step;
-  step = options.encode.position_step;
-  if (step != 0) return;
-  step = PositionStepFor(domain->fit.control_mesh, options.encode.max_error);
+double PositionStepOf(const ScanSurface& scan, const ReconstructOptions& options,
+                      const Domain& domain) {
+  if (options.encode.position_step != 0) return options.encode.position_step;
+  double step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
   // Heights take up no rounding that moves a crease aside.
   if (scan.cloud.sharp_lines.cols() > 0) {
     step = std::min(step, std::max(kFinestOfLines, options.encode.max_error.value_or(0)));
   }
-  if (domain->is_filled) step = std::min(step, kStepWhereFilled);
+  return domain.is_filled ? std::min(step, kStepWhereFilled) : step;
+}
+
+// Halves edges of the border until its curve comes to the lines.
+absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context,
+                          ControlMesh* mesh) {
+  for (int halvings = 0;; ++halvings) {
+    RILIEVO_ASSIGN_OR_RETURN(const auto far, FitBorder(borders, kMissOfBorders, context, mesh));
+    if (far.empty() || halvings == kMostHalvings) return absl::OkStatus();
+    *mesh = HalveEdges(*mesh, far);
+  }
 }
 
 }  // namespace
+
+int BorderDigitsOf(const Domain& domain) {
+  if (!domain.has_exact_border) return 0;
+  const double finer = std::ceil(std::log2(domain.position_step / kStepOfBorders));
+  return static_cast<int>(std::clamp<double>(finer, 0, kMostBorderDigits));
+}
 
 bool IsMachined(const ControlMesh& mesh) {
   return static_cast<int64_t>(mesh.creases.size()) * kEdgesPerCrease > 3 * mesh.faces.cols() / 2;
@@ -95,17 +119,25 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
                                  const PipelineContext& context) {
   const StageScope scope(Stage::kDomainFit, context);
   Domain domain;
-  std::optional<ControlMesh> quads;
-  if (options.control.scheme == DomainScheme::kCatmullClark) {
-    RILIEVO_ASSIGN_OR_RETURN(quads, QuadControlMesh(start));
+  ControlMesh mesh = start;
+  if (scan.borders.any()) {
+    RILIEVO_RETURN_IF_ERROR(RefineBorder(scan.borders, context, &mesh));
   }
-  RILIEVO_ASSIGN_OR_RETURN(domain.fit, FitLoopDomain(scan.cloud, scan.index, quads ? *quads : start,
-                                                     options.fit, context));
+  if (options.control.scheme == DomainScheme::kCatmullClark) {
+    RILIEVO_ASSIGN_OR_RETURN(mesh, QuadControlMesh(mesh));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(domain.fit,
+                           FitLoopDomain(scan.cloud, scan.index, mesh, options.fit, context));
   if (options.control.fills_holes()) {
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
-  ChoosePositionStep(scan, options, &domain);
+  if (scan.borders.any()) {
+    RILIEVO_RETURN_IF_ERROR(
+        FitBorder(scan.borders, kMissOfBorders, context, &domain.fit.control_mesh).status());
+  }
+  domain.position_step = PositionStepOf(scan, options, domain);
+  domain.has_exact_border = scan.borders.any();
   return domain;
 }
 
@@ -132,7 +164,8 @@ std::optional<Domain> DomainOfMesh(const ScanSurface& scan, const Shape& mesh, i
   Domain domain;
   domain.fit.control_mesh = *std::move(control_mesh);
   domain.fit.converged = domain.is_given = true;
-  ChoosePositionStep(scan, options, &domain);
+  domain.position_step = PositionStepOf(scan, options, domain);
+  domain.has_exact_border = scan.borders.any();
   return domain;
 }
 

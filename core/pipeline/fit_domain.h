@@ -23,7 +23,11 @@ struct Domain {
   double position_step = 0;
   bool is_filled = false;  // see FillByArcs(): then the step is at most kStepWhereFilled
   bool is_given = false;   // see DomainOfMesh(): then finer levels are only made where asked for
+  bool has_exact_border = false;  // see BoundaryRule::kExact: then heights on borders are zero
 };
+
+// See EncodeOptions: those that an exact border needs past the step; else 0.
+int BorderDigitsOf(const Domain& domain);
 
 // Whether the mesh has enough creases for a machined part: more than one edge in 50.
 bool IsMachined(const ControlMesh& mesh);

@@ -20,7 +20,7 @@ namespace {
 using Names = std::span<const char* const>;
 constexpr std::array kSightRules = {"auto", "use", "ignore"};
 constexpr std::array kTopologies = {"auto", "planar", "spherical", "arbitrary", "user"};
-constexpr std::array kBoundaries = {"keep", "close"};
+constexpr std::array kBoundaries = {"keep", "close", "exact"};
 constexpr std::array kCreases = {"auto", "off"};
 constexpr std::array kSchemesOfDomains = {"loop", "catmull-clark"};
 constexpr std::array kMakings = {"memory", "parts"};

@@ -42,8 +42,9 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   SampledSurface sampled;
   DisplacedSurface& surface = sampled.surface;
   surface.frame = scan.frame;
-  RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh,
-                           PrepareControlMesh(domain.fit.control_mesh, domain.position_step));
+  RILIEVO_ASSIGN_OR_RETURN(
+      surface.control_mesh,
+      PrepareControlMesh(domain.fit.control_mesh, domain.position_step, BorderDigitsOf(domain)));
   sampled.domain = std::move(domain);
   const ControlMesh& mesh = surface.control_mesh;
   ReconstructOptions leveled = options;
@@ -61,6 +62,10 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   RILIEVO_ASSIGN_OR_RETURN(
       DisplacementField field,
       SampleDisplacement(scan.cloud, refinement, rings, limit, options.displacement, context));
+  // The border of the smooth surface is exact, and heights would leave it along its normals.
+  for (size_t v = 0; scan.borders.any() && v < field.heights.size(); ++v) {
+    if (refinement.levels.back().boundary_vertex[v] != 0) field.heights[v] = 0;
+  }
   Shape& shape = sampled.shape;
   shape.vertices = std::move(limit.positions);
   for (int64_t v = 0; v < limit.normals.cols(); ++v) {

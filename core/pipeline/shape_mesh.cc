@@ -3,13 +3,17 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
+#include "core/control/creases/line_corners.h"
 #include "core/control/creases/sharp_edges.h"
 #include "core/control/shape_control_mesh.h"
 #include "core/control/topology/bridge_gaps.h"
 #include "core/control/topology/close_holes.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/loop/crease_topology.h"
 #include "core/meshes/scan_of_mesh.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/certificate.h"
@@ -24,9 +28,9 @@ absl::Status CheckMeshOptions(const ReconstructOptions& options) {
     return absl::InvalidArgumentError(
         "topology: a mesh has a topology and a control mesh of its own; leave it auto");
   }
-  if (options.control.boundary != BoundaryRule::kKeep) {
+  if (options.control.boundary == BoundaryRule::kClose) {
     return absl::InvalidArgumentError(
-        "boundary: a mesh keeps its borders; leave it keep, and close them in the mesh");
+        "boundary: a mesh keeps its borders; leave it keep or exact, and close them in the mesh");
   }
   return absl::OkStatus();
 }
@@ -50,6 +54,9 @@ constexpr int64_t kNeedlePieces = 4;
 // of 1.
 constexpr double kBorderWeight = 20;
 
+// A border that turns further than this has a corner.
+constexpr double kBorderCorner = 30 * std::numbers::pi / 180;
+
 // The ends of its creases, two columns each.
 Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
   Eigen::Matrix3Xd ends(3, static_cast<Eigen::Index>(2 * mesh.creases.size()));
@@ -58,6 +65,26 @@ Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
     for (const int v : {crease.a, crease.b}) ends.col(column++) = mesh.vertices.col(v);
   }
   return ends;
+}
+
+// The edges of its borders likewise; where a border turns sharply, `*mesh` gets a corner.
+absl::StatusOr<KnownBorders> BordersOf(double spacing, ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
+  std::vector<int> ends, corners;
+  for (const std::vector<int>& loop : BoundaryLoops(topology)) {
+    for (size_t i = 0; i < loop.size(); ++i) {
+      ends.push_back(loop[i]);
+      ends.push_back(loop[(i + 1) % loop.size()]);
+    }
+    const CreaseChain line{loop, std::vector<int>(loop.size()), true};  // edges are not asked for
+    for (const int i : CornersOfLine(mesh->vertices, line, kBorderCorner, spacing / 2)) {
+      corners.push_back(i);
+    }
+  }
+  mesh->corners.insert(mesh->corners.end(), corners.begin(), corners.end());
+  SortTags(&mesh->creases, &mesh->corners);
+  return KnownBorders{mesh->vertices(Eigen::all, ends), mesh->vertices(Eigen::all, corners)};
 }
 
 // What is known of its sharp lines goes into the cloud of the scan.
@@ -76,6 +103,9 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
   if (options.creases == CreaseRule::kAuto) {
     RILIEVO_RETURN_IF_ERROR(TagSharpEdges(scan->cloud.median_spacing, context, &shape));
     scan->cloud.sharp_lines = LinesOf(shape);
+  }
+  if (options.boundary == BoundaryRule::kExact) {
+    RILIEVO_ASSIGN_OR_RETURN(scan->borders, BordersOf(scan->cloud.median_spacing, &shape));
   }
   context.Report(Stage::kControlMesh, 0.3);
   ControlMeshResult control;

@@ -46,6 +46,10 @@ absl::StatusOr<ScanSurface> Analyze(CheckedScan checked, const ReconstructOption
 absl::StatusOr<ShapedInput> ShapeScan(const PointCloud& scan, PointCloud* spent,
                                       const ReconstructOptions& options,
                                       const PipelineContext& context) {
+  if (options.control.boundary == BoundaryRule::kExact) {
+    return absl::InvalidArgumentError(
+        "boundary: exact is for meshes; the border of a scan is nowhere exact");
+  }
   RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, options, context));
   if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, Analyze(std::move(input.scan), options, context));

@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/points/known_borders.h"
 #include "core/points/neighbor_graph.h"
 #include "core/points/oriented_cloud.h"
 #include "core/scan/clean/check_scan.h"
@@ -55,6 +56,7 @@ struct ScanSurface {
   ScanFigures figures;
   // By point of the checked scan, whether it is in the cloud; empty: all are.
   std::vector<uint8_t> keep = {};
+  KnownBorders borders = {};  // of a mesh whose borders are to be met exactly
 };
 
 absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& options,

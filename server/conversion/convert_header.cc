@@ -234,6 +234,9 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Option
     case v1::BOUNDARY_CLOSE:
       control->boundary = BoundaryRule::kClose;
       break;
+    case v1::BOUNDARY_EXACT:
+      control->boundary = BoundaryRule::kExact;
+      break;
     default:
       reader.Violate("boundary", absl::StrCat(from.boundary(), " is no Boundary"));
   }
@@ -336,6 +339,11 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
     ReadStations(header, &request, &violations);
   } else if (header.triangle_count() == 0) {
     ReadWhatIsOfScans(header, &request, &violations);
+    if (header.options().control().boundary() == v1::BOUNDARY_EXACT) {
+      OptionReader("header.options.control", &violations)
+          .Violate("boundary",
+                   "BOUNDARY_EXACT, but the border of a scan is nowhere exact; leave it out");
+    }
   } else {
     RefuseWhatIsOfScans(header, &violations);
   }

@@ -13,7 +13,7 @@ import grpc
 from .connection import Server, as_server, error_of, error_of_status
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, InvalidArgument, NotFound,
                      RilievoError, Unavailable)
-from .options import MeshOptions, Options, as_message
+from .options import ConvertOptions, Options, as_message
 from .reconstruction import ProgressCallback, check_digest, progress_of, report_of
 from .scan import Packed, pack, pack_mesh, pack_update
 from .surface import Surface
@@ -152,10 +152,10 @@ class Jobs:
 
     def convert(self, vertices: Any, faces: Any, *, vertex_colors: Any = None,
                 request_id: Optional[str] = None, timeout: Optional[float] = None,
-                **options: "Unpack[MeshOptions]") -> Job:
+                **options: "Unpack[ConvertOptions]") -> Job:
         """submit() of a triangle mesh; arguments as of rilievo.convert()."""
         return self._create(pack_mesh(vertices, faces, vertex_colors),
-                            as_message(options, "convert", MeshOptions), request_id, timeout)
+                            as_message(options, "convert", ConvertOptions), request_id, timeout)
 
     def update(self, surface: Surface, points: Any, *, whole: bool = False,
                request_id: Optional[str] = None, timeout: Optional[float] = None,

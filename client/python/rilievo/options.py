@@ -10,6 +10,7 @@ from .values import ControlMesh
 
 Topology = Literal["auto", "planar", "spherical", "arbitrary"]
 Boundary = Literal["keep", "close"]
+MeshBoundary = Literal["keep", "exact"]
 Creases = Literal["auto", "off"]
 Scheme = Literal["loop", "catmull-clark"]
 SightRule = Literal["auto", "use", "ignore"]
@@ -62,6 +63,12 @@ class MeshOptions(TypedDict, total=False):
     """Measure the error at the end, for the report and the certificate."""
 
 
+class ConvertOptions(MeshOptions, total=False):
+    """Of a mesh that is converted as it is."""
+    boundary: Optional[MeshBoundary]
+    """Keep borders, or meet them exactly: within 1e-5 of the diagonal, in a larger file."""
+
+
 class Options(MeshOptions, total=False):
     """Of a scan, beside those of a mesh."""
     topology: Optional[Topology]
@@ -90,7 +97,8 @@ _WORDS: Dict[str, Dict[str, Optional[int]]] = {
     "topology": {"auto": options_pb2.TOPOLOGY_AUTO, "planar": options_pb2.TOPOLOGY_PLANAR,
                  "spherical": options_pb2.TOPOLOGY_SPHERICAL,
                  "arbitrary": options_pb2.TOPOLOGY_ARBITRARY},
-    "boundary": {"keep": options_pb2.BOUNDARY_KEEP, "close": options_pb2.BOUNDARY_CLOSE},
+    "boundary": {"keep": options_pb2.BOUNDARY_KEEP, "close": options_pb2.BOUNDARY_CLOSE,
+                 "exact": options_pb2.BOUNDARY_EXACT},
     "creases": {"auto": options_pb2.CREASES_AUTO, "off": options_pb2.CREASES_OFF},
     "scheme": {"loop": options_pb2.SCHEME_LOOP, "catmull-clark": options_pb2.SCHEME_CATMULL_CLARK},
     "fit": {"suzuki": options_pb2.FIT_METHOD_SUZUKI,

@@ -13,11 +13,11 @@ import numpy.typing as npt
 from . import _library
 from .connection import Server, as_server, error_of
 from .errors import DataLoss, InvalidArgument, RilievoError
-from .options import UNITS, MeshOptions, Options, as_message
+from .options import UNITS, ConvertOptions, MeshOptions, Options, as_message
 from .private_server import PrivateServer
 from .scan import Packed, arrays_of_mesh, coordinates, pack, pack_mesh, pack_update, refuse
 from .surface import Surface
-from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
+from .v1 import options_pb2, reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
 from .values import Place
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def convert(vertices: Any, faces: Any, *, vertex_colors: Any = None,
             server: Optional[Union[str, Server]] = None,
             progress: Optional[ProgressCallback] = None,
             layer: Optional[LayerCallback] = None, timeout: Optional[float] = None,
-            **options: "Unpack[MeshOptions]") -> Surface:
+            **options: "Unpack[ConvertOptions]") -> Surface:
     """Makes a surface of a triangle mesh. It keeps the genus and the borders of the mesh.
 
     vertices  (n, 3) numbers in any unit; or a structured array with x, y, z and, where known, red,
@@ -85,12 +85,12 @@ def convert(vertices: Any, faces: Any, *, vertex_colors: Any = None,
     faces     (m, 3) integers: the corners of each triangle, counted from 0, counter-clockwise seen
               from outside
     vertex_colors  (n, 3), sRGB: uint8, uint16, or real numbers from 0 to 1; the surface has colours
-    options   see MeshOptions: max_error, max_bytes, creases, ...
+    options   see ConvertOptions: max_error, max_bytes, creases, ...
 
     server, progress, layer, timeout, interruption and errors: as of reconstruct(). What became of
     vertices and triangles that are not those of a manifold is in surface.report["mesh"].
     """
-    message = as_message(options, "convert", MeshOptions)
+    message = as_message(options, "convert", ConvertOptions)
     mesh = pack_mesh(vertices, faces, vertex_colors)
     return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
 
@@ -149,6 +149,8 @@ def trim(shape: Union[Surface, Tuple[Any, Any]], *, keep: Side,
         raise refuse("keep", f"{keep!r} is not one of 'inside', 'outside'")
     kind, numbers = _trim_numbers(plane, box, sphere, polyline)
     message = as_message(_with_place(shape, shape, options), "trim", MeshOptions)
+    if not cap:
+        message.control.boundary = options_pb2.BOUNDARY_EXACT
     threads = options.get("threads") or 0
     handle = _library.trim(_solid_of(shape, "shape", threads), kind, numbers, keep == "outside",
                            bool(cap), threads)

@@ -11,7 +11,7 @@
 namespace rilievo {
 
 // Of a file that needs no newer one, and the newest.
-inline constexpr int kDssVersion = 3, kNewestDssVersion = 5;
+inline constexpr int kDssVersion = 3, kNewestDssVersion = 6;
 
 // A capital letter is a chunk that a decoder must understand, a small one may be skipped.
 enum ChunkTag : uint8_t {

@@ -34,6 +34,9 @@ struct EncodeOptions {
   // 1e-4 to 1.5e-3 the heights of an owl with 210 control points grew by 1 %, while its control
   // mesh fell by half. Rounded to 12 binary digits.
   double position_step = 0;
+  // Binary digits that control points on the boundary have past the step: where the boundary is to
+  // be exact it takes three bits for each of them, and the points inside take none. [0, 16].
+  int border_digits = 0;
   // RMS distance of decoded and given heights, by area and without the filled ones, fraction of the
   // diagonal: the coarsest quantiser that keeps it is searched for. [1e-7, 0.1]. Errors of
   // different origin add up as squares: for a surface that is to be within E and is within e before
@@ -54,6 +57,9 @@ struct EncodeOptions {
   // decodes by itself (DecodeRegion), where there are more faces than that. [128, 2^20]; 0: no
   // groups; -1: 1024 from 4096 control faces on, which takes 1 to 3 % more bytes.
   int group_faces = -1;
+  // Heights on the border that are zero are zero in the file, for a few more bytes: no detail
+  // beside the border takes part in them.
+  bool keep_zero_border = false;
   absl::Status Validate() const;
 };
 

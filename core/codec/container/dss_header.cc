@@ -10,6 +10,7 @@
 #include "core/codec/bytes/stored_step.h"
 #include "core/codec/container/dss_metadata.h"
 #include "core/codec/heights/edge_rules.h"
+#include "core/codec/mesh/border_coder.h"
 #include "core/codec/mesh/face_groups.h"
 #include "core/geometry/frame_limit.h"
 #include "core/loop/refinement.h"
@@ -24,18 +25,21 @@ constexpr uint8_t kHasCreasesFlag = 4;
 constexpr uint8_t kHasGroupsFlag = 8;
 constexpr uint8_t kTellsGroupsFlag = 16;
 constexpr uint8_t kHasQuadsFlag = 32;
-constexpr int kFirstToTellGroups = 4, kFirstOfQuads = 5;  // versions
+constexpr uint8_t kHasBorderDigitsFlag = 64;
+constexpr int kFirstToTellGroups = 4, kFirstOfQuads = 5, kFirstOfBorderDigits = 6;  // versions
 
 int KnownFlags(int version) {
   return kHasBoundaryFlag | (version > 1 ? kHasFilledFlag | kHasCreasesFlag : 0) |
          (version > 2 ? kHasGroupsFlag : 0) |
          (version >= kFirstToTellGroups ? kTellsGroupsFlag : 0) |
-         (version >= kFirstOfQuads ? kHasQuadsFlag : 0);
+         (version >= kFirstOfQuads ? kHasQuadsFlag : 0) |
+         (version >= kFirstOfBorderDigits ? kHasBorderDigitsFlag : 0);
 }
 
 }  // namespace
 
 int VersionOf(const DssHeader& header) {
+  if (header.border_digits > 0) return kFirstOfBorderDigits;
   if (header.has_quads) return kFirstOfQuads;
   return header.tells_groups ? kFirstToTellGroups : kDssVersion;
 }
@@ -46,11 +50,13 @@ std::vector<uint8_t> EncodeDssHeader(const DssHeader& header) {
   writer.Byte(static_cast<uint8_t>(
       (header.has_boundary ? kHasBoundaryFlag : 0) | (header.has_filled ? kHasFilledFlag : 0) |
       (header.has_creases ? kHasCreasesFlag : 0) | (header.group_limit > 0 ? kHasGroupsFlag : 0) |
-      (header.tells_groups ? kTellsGroupsFlag : 0) | (header.has_quads ? kHasQuadsFlag : 0)));
+      (header.tells_groups ? kTellsGroupsFlag : 0) | (header.has_quads ? kHasQuadsFlag : 0) |
+      (header.border_digits > 0 ? kHasBorderDigitsFlag : 0)));
   writer.Varint(static_cast<uint64_t>(header.vertex_count));
   writer.Varint(static_cast<uint64_t>(header.face_count));
   writer.Byte(static_cast<uint8_t>(header.max_level));
   if (header.group_limit > 0) writer.Varint(static_cast<uint64_t>(header.group_limit));
+  if (header.border_digits > 0) writer.Byte(static_cast<uint8_t>(header.border_digits));
   for (int axis = 0; axis < 3; ++axis) writer.ShortF64(header.frame.center[axis]);
   writer.ShortF64(header.frame.diagonal);
   writer.ShortF64(StoredStep(header.position_step));
@@ -72,6 +78,8 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   const bool has_groups = version > 2 && (flags & kHasGroupsFlag) != 0;
   header.tells_groups = has_groups && (flags & kTellsGroupsFlag) != 0;
   const uint64_t group_limit = has_groups ? reader.Varint() : 0;
+  const bool has_digits = version >= kFirstOfBorderDigits && (flags & kHasBorderDigitsFlag) != 0;
+  header.border_digits = has_digits ? reader.Byte() : 0;
   const auto number = [&] { return version == 1 ? reader.F64() : reader.ShortF64(); };
   for (int axis = 0; axis < 3; ++axis) header.frame.center[axis] = number();
   header.frame.diagonal = number();
@@ -89,6 +97,12 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   if (has_groups && (group_limit < kLeastGroupLimit || group_limit > kMostGroupLimit)) {
     return absl::DataLossError(absl::StrCat("groups of ", group_limit, " faces at most, must be ",
                                             kLeastGroupLimit, " to ", kMostGroupLimit));
+  }
+  if (has_digits && (!header.has_boundary || header.border_digits < 1 ||
+                     header.border_digits > kMostBorderDigits)) {
+    return absl::DataLossError(absl::StrCat("the border has ", header.border_digits,
+                                            " more digits, must be 1 to ", kMostBorderDigits,
+                                            ", of a mesh with a boundary"));
   }
   if (version > kDssVersion && VersionOf(header) != version) {
     return absl::DataLossError(absl::StrCat("the file is of format version ", version,

@@ -24,6 +24,8 @@ struct DssHeader {
   int group_limit = 0;  // most faces of a group (face_groups.h); 0: no groups
   // Whether the file tells its groups (group_coder.h); else they follow from the control points.
   bool tells_groups = false;
+  // Binary digits that control points on the boundary have past position_step (border_coder.h).
+  int border_digits = 0;
   bool has_quads = false;  // whether the surface is a Catmull-Clark surface (quad_coder.h)
   DssMetadata metadata;
 

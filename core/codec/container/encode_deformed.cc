@@ -38,10 +38,11 @@ struct PlacedCage {
   ControlMesh mesh;
   SpatialFrame frame;
   double step = 0;
+  int border_digits = 0;
 };
 
 absl::StatusOr<PlacedCage> Place(const ControlMesh& given, const OpenedDss& file) {
-  PlacedCage placed{{}, file.header.frame, file.header.position_step};
+  PlacedCage placed{{}, file.header.frame, file.header.position_step, file.header.border_digits};
   const double diagonal = placed.frame.diagonal;
   const Eigen::Matrix3Xd own = (file.mesh.vertices * diagonal).colwise() + placed.frame.center;
   ControlMesh cage = given;
@@ -49,7 +50,7 @@ absl::StatusOr<PlacedCage> Place(const ControlMesh& given, const OpenedDss& file
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
                            ControlMeshOfCage(cage, placed.frame, file.mesh.faces));
   mesh.diagonals = file.mesh.diagonals;
-  auto on_grid = QuantizeControlMesh(mesh, placed.step);
+  auto on_grid = QuantizeControlMesh(mesh, placed.step, placed.border_digits);
   if (on_grid.ok() && (on_grid->vertices - mesh.vertices).cwiseAbs().maxCoeff() <= kOnGrid) {
     placed.mesh = *std::move(on_grid);
     return placed;
@@ -58,6 +59,7 @@ absl::StatusOr<PlacedCage> Place(const ControlMesh& given, const OpenedDss& file
   const Eigen::Vector3d high = cage.vertices.rowwise().maxCoeff();
   placed.frame.center = Rounded({(low + high) / 2, placed.frame.diagonal}).center;
   mesh.vertices = (cage.vertices.colwise() - placed.frame.center) / placed.frame.diagonal;
+  placed.border_digits = 0;
   placed.step =
       StoredStep(std::max(kFineStep, 2 * mesh.vertices.cwiseAbs().maxCoeff() / kMaxCoordinate));
   RILIEVO_ASSIGN_OR_RETURN(placed.mesh, QuantizeControlMesh(mesh, placed.step));
@@ -95,6 +97,7 @@ absl::StatusOr<std::vector<uint8_t>> ReplaceControlMesh(std::span<const uint8_t>
   const DssMetadata metadata = OfAnotherShape(file.header.metadata);
   EncodeOptions options;
   options.position_step = placed.step;
+  options.border_digits = placed.border_digits;
   options.group_faces = file.header.group_limit;
   RILIEVO_ASSIGN_OR_RETURN(
       const DssDraft draft,

@@ -14,6 +14,7 @@
 #include "core/codec/heights/edge_rules.h"
 #include "core/codec/heights/encode_smoothed_flags.h"
 #include "core/codec/heights/height_encoder.h"
+#include "core/codec/mesh/border_coder.h"
 #include "core/codec/mesh/face_groups.h"
 #include "core/loop/refinement.h"
 
@@ -78,6 +79,9 @@ absl::Status EncodeOptions::Validate() const {
   };
   if (height_step != 0) RILIEVO_RETURN_IF_ERROR(CheckStep(height_step, "height_step"));
   if (position_step != 0) RILIEVO_RETURN_IF_ERROR(CheckStep(position_step, "position_step"));
+  if (border_digits < 0 || border_digits > kMostBorderDigits) {
+    return refuse("border_digits", border_digits, "[0, 16]");
+  }
   if (max_error && !(*max_error >= 1e-7 && *max_error <= 0.1)) {
     return refuse("max_error", *max_error, "[1e-7, 0.1]");
   }
@@ -127,8 +131,9 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(
       const std::unique_ptr<HeightEncoder> encoder,
       grouped ? HeightEncoder::MakeGrouped(surface, refinement, options.smallest_hole, draft.groups,
-                                           context)
-              : std::make_unique<HeightEncoder>(surface, refinement, options.smallest_hole));
+                                           context, nullptr, options.keep_zero_border)
+              : std::make_unique<HeightEncoder>(surface, refinement, options.smallest_hole, nullptr,
+                                                options.keep_zero_border));
   const auto encode_smoothed = [&](size_t plain_levels, int64_t bytes, int64_t most) {
     return EncodeSmoothedFlags(
         surface, refinement,

@@ -12,6 +12,7 @@
 #include "core/codec/bytes/decode_limits.h"
 #include "core/codec/bytes/stored_step.h"
 #include "core/codec/heights/rate_control.h"
+#include "core/codec/mesh/border_coder.h"
 #include "core/codec/mesh/control_mesh_coder.h"
 #include "core/codec/mesh/crease_coder.h"
 #include "core/codec/mesh/quad_coder.h"
@@ -32,18 +33,29 @@ constexpr int64_t kLayerOverhead = 8;  // of a chunk's tag, length and checksum,
 constexpr int64_t kLayerFrame = 6;     // the same, at least
 constexpr int64_t kStepSlack = 20;     // by which the header grows when all is coded
 
-absl::StatusOr<std::vector<GridPoint>> GridPoints(const ControlMesh& mesh, double step) {
-  std::vector<GridPoint> points(mesh.vertices.cols());
+struct GridPoints {
+  std::vector<GridPoint> coarse, past;  // see EncodeBorderDigits()
+};
+
+absl::StatusOr<GridPoints> SplitPoints(const ControlMesh& mesh, const MeshTopology& topology,
+                                       double step, int border_digits) {
+  GridPoints points;
+  points.coarse.resize(mesh.vertices.cols());
+  points.past.resize(mesh.vertices.cols());
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+    const int digits = topology.boundary_vertex[v] != 0 ? border_digits : 0;
+    const double fine = BorderStep(step, digits), half = std::ldexp(0.5, digits);
     for (int axis = 0; axis < 3; ++axis) {
       const double coordinate = mesh.vertices(axis, v);
-      const double steps = std::nearbyint(coordinate / step);
-      if (!(std::abs(steps) <= kMaxCoordinate) || steps * step != coordinate) {
+      const double steps = std::nearbyint(coordinate / fine);
+      const double coarse = std::floor(std::ldexp(steps + half, -digits));
+      if (!(std::abs(coarse) <= kMaxCoordinate) || steps * fine != coordinate) {
         return absl::InvalidArgumentError(
             absl::StrCat("coordinate ", axis, " of control point ", v, " is ", coordinate,
-                         ", no multiple of position_step ", step, ": call PrepareControlMesh"));
+                         ", no multiple of position_step ", fine, ": call PrepareControlMesh"));
       }
-      points[v][axis] = static_cast<int32_t>(steps);
+      points.coarse[v][axis] = static_cast<int32_t>(coarse);
+      points.past[v][axis] = static_cast<int32_t>(steps - std::ldexp(coarse, digits));
     }
   }
   return points;
@@ -184,10 +196,15 @@ absl::StatusOr<DssDraft> DraftDss(const SpatialFrame& frame, const ControlMesh& 
   draft.control = control;
   DssHeader& header = draft.header;
   header = HeaderOf(frame, control, max_level, metadata, options);
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<GridPoint> points,
-                           GridPoints(mesh, header.position_step));
+  header.border_digits = header.has_boundary ? options.border_digits : 0;
+  RILIEVO_ASSIGN_OR_RETURN(const GridPoints split,
+                           SplitPoints(mesh, control, header.position_step, header.border_digits));
+  const std::vector<GridPoint>& points = split.coarse;
   RILIEVO_ASSIGN_OR_RETURN(draft.coded_mesh,
                            EncodeControlMesh(control, points, SeedBits(header.position_step)));
+  if (header.border_digits > 0) {
+    PutBefore(EncodeBorderDigits(split.past, control, header.border_digits), draft.coded_mesh);
+  }
   header.group_limit = GroupLimit(control.face_count(), options);
   if (header.group_limit > 0) draft.groups = GroupFaces(control, points, header.group_limit);
   header.has_quads = mesh.quads();

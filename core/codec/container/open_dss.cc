@@ -9,6 +9,7 @@
 #include "core/codec/bytes/decode_limits.h"
 #include "core/codec/container/height_update.h"
 #include "core/codec/heights/height_layout.h"
+#include "core/codec/mesh/border_coder.h"
 #include "core/codec/mesh/control_mesh_coder.h"
 #include "core/codec/mesh/crease_coder.h"
 #include "core/codec/mesh/group_coder.h"
@@ -31,10 +32,11 @@ absl::Status CheckLaw(int64_t items, int64_t items_per_byte, const Chunk& chunk,
 absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
   const DssHeader& header = file.header;
   ByteReader reader(bytes);
-  std::span<const uint8_t> groups, tags, quads;
+  std::span<const uint8_t> groups, tags, quads, digits;
   if (header.tells_groups) groups = reader.Bytes(reader.Varint());
   if (header.has_creases) tags = reader.Bytes(reader.Varint());
   if (header.has_quads) quads = reader.Bytes(reader.Varint());
+  if (header.border_digits > 0) digits = reader.Bytes(reader.Varint());
   if (!reader.ok()) return absl::DataLossError("chunk 0 ends before its control mesh");
   bytes = reader.Bytes(reader.remaining());
   const int vertices = header.vertex_count, faces = header.face_count;
@@ -61,6 +63,10 @@ absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
   mesh.faces = std::move(grid.faces);
   if (header.has_creases) {
     RILIEVO_RETURN_IF_ERROR(DecodeCreases(tags, *topology, grid.points, mesh));
+  }
+  if (header.border_digits > 0) {
+    RILIEVO_RETURN_IF_ERROR(
+        DecodeBorderDigits(digits, *topology, header.position_step, header.border_digits, mesh));
   }
   if (header.has_quads) {
     RILIEVO_RETURN_IF_ERROR(DecodeQuads(quads, *topology, grid.points, mesh));

@@ -29,6 +29,16 @@ std::vector<uint8_t> FilledFlags(const DisplacedSurface& surface) {
   return filled;
 }
 
+// By vertex of level `max_level`; the refinement reaches the level before.
+std::vector<uint8_t> BorderVertices(const LoopRefinement& refinement, int max_level) {
+  const MeshTopology& last = refinement.levels[std::max(0, max_level - 1)];
+  std::vector<uint8_t> on_border = last.boundary_vertex;
+  for (int e = 0; max_level > 0 && e < last.edge_count(); ++e) {
+    on_border.push_back(last.edge_faces(1, e) < 0 ? 1 : 0);
+  }
+  return on_border;
+}
+
 }  // namespace
 
 int64_t EncodedHeights::bytes() const {
@@ -40,7 +50,7 @@ int64_t EncodedHeights::bytes() const {
 HeightEncoder::~HeightEncoder() = default;
 
 HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                             int smallest_hole, const HeightPlan* plan)
+                             int smallest_hole, const HeightPlan* plan, bool keep_zero_border)
     : refinement_(refinement),
       max_level_(surface.max_level),
       heights_(surface.heights.begin(), surface.heights.end()),
@@ -59,7 +69,15 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
     lifting_.set_steps(plan->lifting);
     lifting_.Analyze(targets_);
   } else {
+    // Without an update heights are samples, and those on the border follow from each other.
+    if (keep_zero_border) lifting_.set_strength(0);
     detail_sums_ = lifting_.AnalyzeAndChoose(weights_, targets_);
+  }
+  if (keep_zero_border) {
+    const std::vector<uint8_t> on_border = BorderVertices(refinement, max_level_);
+    for (size_t v = 0; v < heights_.size(); ++v) {
+      if (on_border[v] != 0 && heights_[v] == 0) zeros_.push_back(static_cast<int>(v));
+    }
   }
   if (*std::max_element(rings_.begin(), rings_.end()) > kRimRings) FreeInnerHeights();
   if (planned) {
@@ -83,8 +101,10 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
 
 absl::StatusOr<std::unique_ptr<HeightEncoder>> HeightEncoder::MakeGrouped(
     const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
-    const FaceGroups& groups, const RunContext& context, const HeightPlan* plan) {
-  auto encoder = std::make_unique<HeightEncoder>(surface, refinement, smallest_hole, plan);
+    const FaceGroups& groups, const RunContext& context, const HeightPlan* plan,
+    bool keep_zero_border) {
+  auto encoder =
+      std::make_unique<HeightEncoder>(surface, refinement, smallest_hole, plan, keep_zero_border);
   RILIEVO_RETURN_IF_ERROR(encoder->BuildGroups(groups, context));
   return encoder;
 }
@@ -143,6 +163,7 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
       error[v] = pass.coefficients[v] * pass.unit + change;
     }
   }
+  for (const int v : zeros_) error[v] = 0;
   return error;
 }
 

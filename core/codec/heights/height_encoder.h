@@ -85,14 +85,16 @@ class HeightEncoder : public HeightCoding {
   // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
   // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
   // `plan`: of the surface that this is a part of.
+  // `keep_zero_border`: see EncodeOptions; not with a plan.
   HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                int smallest_hole, const HeightPlan* plan = nullptr);
+                int smallest_hole, const HeightPlan* plan = nullptr, bool keep_zero_border = false);
 
   // The same for `groups` of the control faces that are coded apart; they must outlive it.
   // CANCELLED is the only error.
   static absl::StatusOr<std::unique_ptr<HeightEncoder>> MakeGrouped(
       const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
-      const FaceGroups& groups, const RunContext& context, const HeightPlan* plan = nullptr);
+      const FaceGroups& groups, const RunContext& context, const HeightPlan* plan = nullptr,
+      bool keep_zero_border = false);
 
   ~HeightEncoder() override;
   HeightEncoder(const HeightEncoder&) = delete;
@@ -169,6 +171,7 @@ class HeightEncoder : public HeightCoding {
   std::vector<HeightLifting::RuleSums> detail_sums_;  // unless planned, as the counts
   std::vector<int64_t> coded_counts_;
   std::vector<uint8_t> counted_;  // empty: all
+  std::vector<int> zeros_;        // whose coefficients stay zero
 };
 
 }  // namespace rilievo

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/stored_step.h"
+#include "core/codec/mesh/border_coder.h"
 #include "core/codec/mesh/control_mesh_coder.h"
 #include "core/codec/mesh/crease_coder.h"
 #include "core/codec/mesh/gate_geometry.h"
@@ -63,33 +64,43 @@ absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh) {
   return canonical;
 }
 
-absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step) {
+absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step,
+                                                int border_digits) {
   if (!(step > 0) || !std::isfinite(step)) {
     return absl::InvalidArgumentError(
         absl::StrCat("position_step is ", step, ", must be positive and finite"));
   }
   const double stored = StoredStep(step);
+  std::vector<uint8_t> on_boundary;
+  if (border_digits > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology,
+                             BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+    on_boundary = std::move(topology.boundary_vertex);
+  }
   ControlMesh quantized = mesh;
   for (Crease& crease : quantized.creases) {
     if (crease.sharpness > 0) crease.sharpness = StoredSharpness(crease.sharpness);
   }
   for (Eigen::Index v = 0; v < quantized.vertices.cols(); ++v) {
+    const int digits = !on_boundary.empty() && on_boundary[v] != 0 ? border_digits : 0;
+    const double fine = BorderStep(stored, digits);
     for (int axis = 0; axis < 3; ++axis) {
-      const double steps = std::nearbyint(mesh.vertices(axis, v) / stored);
-      if (!(std::abs(steps) <= kMaxCoordinate)) {
+      const double steps = std::nearbyint(mesh.vertices(axis, v) / fine);
+      if (!(std::abs(std::ldexp(steps, -digits)) <= kMaxCoordinate)) {
         return absl::InvalidArgumentError(absl::StrCat(
             "coordinate ", axis, " of control point ", v, " is ", mesh.vertices(axis, v),
             ", must be within ", kMaxCoordinate, " position steps of ", step));
       }
-      quantized.vertices(axis, v) = steps * stored;
+      quantized.vertices(axis, v) = steps * fine;
     }
   }
   return quantized;
 }
 
-absl::StatusOr<ControlMesh> PrepareControlMesh(const ControlMesh& mesh, double position_step) {
+absl::StatusOr<ControlMesh> PrepareControlMesh(const ControlMesh& mesh, double position_step,
+                                               int border_digits) {
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh canonical, CanonicalControlMesh(mesh));
-  return QuantizeControlMesh(canonical, position_step);
+  return QuantizeControlMesh(canonical, position_step, border_digits);
 }
 
 }  // namespace rilievo

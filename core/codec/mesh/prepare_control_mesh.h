@@ -15,13 +15,16 @@ namespace rilievo {
 absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh);
 
 // Control points rounded to multiples of StoredStep(`step`) (unit frame, > 0; stored_step.h), the
-// sharpness of creases to what crease_coder.h stores. Idempotent. INVALID_ARGUMENT when a
-// coordinate is not finite or beyond 2^27 steps.
-absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step);
+// sharpness of creases to what crease_coder.h stores. Those on the boundary have `border_digits`
+// more binary digits (border_coder.h). Idempotent. INVALID_ARGUMENT when a coordinate is not finite
+// or beyond 2^27 steps, and for border digits of a mesh that is not a manifold.
+absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step,
+                                                int border_digits = 0);
 
 // Both. To be called after the fit and before the heights are sampled: then the heights belong to
 // the refinement of the coded mesh and take up the rounding of its control points, and EncodeDss
 // loses nothing of the control mesh. Idempotent.
-absl::StatusOr<ControlMesh> PrepareControlMesh(const ControlMesh& mesh, double position_step);
+absl::StatusOr<ControlMesh> PrepareControlMesh(const ControlMesh& mesh, double position_step,
+                                               int border_digits = 0);
 
 }  // namespace rilievo

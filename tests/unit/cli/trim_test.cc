@@ -1,4 +1,9 @@
 // `rilievo trim`: what lies on one side of a shape becomes a surface.
+#include <Eigen/Core>
+#include <functional>
+#include <map>
+#include <sstream>
+
 #include "tests/unit/cli/program_fixture.h"
 
 namespace rilievo {
@@ -29,22 +34,68 @@ class TrimTest : public ProgramFixture {
   }
 };
 
+// The vertices on the border of a mesh.
+std::vector<Eigen::Vector3d> BorderOfObj(const std::string& path) {
+  std::vector<Eigen::Vector3d> vertices;
+  std::map<std::pair<int, int>, int> sides;  // faces at each edge
+  std::ifstream in(path);
+  for (std::string line, word; std::getline(in, line);) {
+    std::istringstream words(line);
+    words >> word;
+    if (word == "v") {
+      Eigen::Vector3d v;
+      words >> v[0] >> v[1] >> v[2];
+      vertices.push_back(v);
+    } else if (word == "f") {
+      std::array<int, 3> face{};
+      for (int& corner : face) {
+        words >> word;
+        corner = std::stoi(word);
+      }
+      for (size_t k = 0; k < 3; ++k) ++sides[std::minmax(face[k], face[(k + 1) % 3])];
+    }
+  }
+  std::vector<Eigen::Vector3d> border;
+  for (const auto& [ends, faces] : sides) {
+    if (faces > 1) continue;
+    for (const int v : {ends.first, ends.second}) {
+      border.push_back(vertices[static_cast<size_t>(v - 1)]);
+    }
+  }
+  return border;
+}
+
 TEST_F(TrimTest, OneSideBecomesASurface) {
+  using Point = Eigen::Vector3d;
   const struct {
     std::vector<std::string> shape;
     std::string side;
     double area;
     int loops;  // of borders
-  } cases[] = {{{"--plane", "z=0.5"}, "inside", 8, 1},
-               {{"--sphere", "0,0,0,1"}, "outside", 24 - 3 * 0.785398, 1},
-               {{"--polyline", At("square.xyz"), "--along", "0,0,1"}, "inside", 2, 2}};
-  for (const auto& [shape, side, area, loops] : cases) {
+    std::function<double(const Point&)> distance;
+  } cases[] = {
+      {{"--plane", "z=0.5"}, "inside", 8, 1, [](const Point& p) { return p.z() - 0.5; }},
+      {{"--sphere", "0,0,0,1"},
+       "outside",
+       24 - 3 * 0.785398,
+       1,
+       [](const Point& p) { return p.norm() - 1; }},
+      {{"--polyline", At("square.xyz"), "--along", "0,0,1"}, "inside", 2, 2, [](const Point& p) {
+         return (p - Point(1, 1, 0)).head<2>().cwiseAbs().maxCoeff() - 0.5;
+       }}};
+  for (const auto& [shape, side, area, loops, distance] : cases) {
     const Ended made = Trim(shape, side, "t.dss", {"--keep-mesh", At("t.ply")});
     ASSERT_EQ(made.code, 0) << made.err;
     EXPECT_EQ(Json::parse(made.out)["boundary_loops"], loops);
     const Json measured = Json::parse(Run({"measure", At("t.ply"), "--json"}).out);
     EXPECT_NEAR(measured["area"], area, 1e-4);
     EXPECT_EQ(Run({"compare", At("t.ply"), At("t.dss"), "--max-rms", "1e-3"}).code, 0);
+    ASSERT_EQ(Run({"export", At("t.dss"), At("t.obj")}).code, 0);
+    double farthest = 0;
+    for (const Point& p : BorderOfObj(At("t.obj"))) {
+      farthest = std::max(farthest, std::abs(distance(p)));
+    }
+    EXPECT_LT(farthest, 1e-5 * 2.4) << shape[0];  // the shortest diagonal
   }
 }
 

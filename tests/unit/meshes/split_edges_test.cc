@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "core/geometry/mesh_topology.h"
 #include "tests/unit/geometry/test_meshes.h"
@@ -79,6 +83,43 @@ TEST(SplitEdgesTest, NeedlesHaveFewPieces) {
   const ControlMesh split = SplitLongEdges(needles, 1e-9, 1000, RunContext{}).value();
   EXPECT_GT(split.faces.cols(), 500);
   EXPECT_LT(split.faces.cols(), 8000);
+}
+
+TEST(SplitEdgesTest, GivenEdgesAreHalvedWithoutGaps) {
+  testing::Random random(5);
+  ControlMesh mesh = testing::Perturbed(testing::Grid(6, 5), 0.1, random);
+  const auto topology = BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  std::vector<std::array<int, 2>> border;
+  for (int e = 0; e < topology->edge_count(); ++e) {
+    const int a = topology->edge_vertices(0, e), b = topology->edge_vertices(1, e);
+    if (topology->edge_faces(1, e) < 0) {
+      border.push_back({b, a});
+    } else {
+      mesh.creases.push_back({std::min(a, b), std::max(a, b), 2.5F});
+    }
+  }
+  std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& x, const Crease& y) {
+    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+  });
+  mesh.corners = {0};
+  const ControlMesh halved = HalveEdges(mesh, border);
+  const TopologySummary summary =
+      SummarizeTopology(halved.faces, static_cast<int>(halved.vertices.cols()));
+  EXPECT_TRUE(summary.manifold() && summary.oriented);
+  EXPECT_EQ(summary.euler, 1);
+  EXPECT_EQ(summary.boundary_edges, 2 * static_cast<int64_t>(border.size()));
+  EXPECT_LT(halved.faces.cols(), 4 * mesh.faces.cols());
+  EXPECT_NEAR(AreaOf(halved), AreaOf(mesh), 1e-12);
+  EXPECT_EQ(halved.corners, mesh.corners);
+  const auto length = [](const ControlMesh& of) {
+    double sum = 0;
+    for (const Crease& crease : of.creases) {
+      EXPECT_EQ(crease.sharpness, 2.5F);
+      sum += (of.vertices.col(crease.a) - of.vertices.col(crease.b)).norm();
+    }
+    return sum;
+  };
+  EXPECT_NEAR(length(halved), length(mesh), 1e-12);
 }
 
 TEST(SplitEdgesTest, StopsWhenAsked) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -222,6 +223,62 @@ TEST(ShapeMeshTest, AnErrorAskedForIsKept) {
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_FALSE(made->report.error_unreachable);
   EXPECT_LT(ErrorOf(mesh, *made).rms, 5e-4);
+}
+
+// A bumpy cap over a half disc, its border in the planes z = 0 and x = 0 with two corners.
+PointCloud HalfCap(int rings, int rays) {
+  PointCloud cap;
+  cap.points.resize(3, rings * (rays + 1) + 1);
+  cap.triangles.resize(3, rays * (2 * rings - 1));
+  cap.points.col(0) << 0, 0, 1;
+  Eigen::Index t = 0;
+  const auto at = [&](int ring, int ray) { return 1 + (ring - 1) * (rays + 1) + ray; };
+  for (int ring = 1; ring <= rings; ++ring) {
+    const double share = static_cast<double>(ring) / rings;
+    for (int ray = 0; ray <= rays; ++ray) {
+      const double angle = std::numbers::pi * (static_cast<double>(ray) / rays - 0.5);
+      const double bump = 1 + 0.02 * std::sin(7 * angle) * std::sin(5 * share);
+      cap.points.col(at(ring, ray)) << share * bump * std::cos(angle),
+          share * bump * std::sin(angle), 1 - share * share;
+      if (ray == 0 || ray == rays) cap.points(0, at(ring, ray)) = 0;
+      if (ray == rays) continue;
+      if (ring == 1) {
+        cap.triangles.col(t++) << 0, at(1, ray), at(1, ray + 1);
+      } else {
+        cap.triangles.col(t++) << at(ring - 1, ray), at(ring, ray), at(ring, ray + 1);
+        cap.triangles.col(t++) << at(ring - 1, ray), at(ring, ray + 1), at(ring - 1, ray + 1);
+      }
+    }
+  }
+  return cap;
+}
+
+TEST(ShapeMeshTest, BordersAreExactWhereThatIsAsked) {
+  const PointCloud cap = HalfCap(60, 120);
+  ReconstructOptions options;
+  options.control.boundary = BoundaryRule::kExact;
+  options.control.target_faces = 800;
+  const auto made = Reconstruct(cap, options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_GE(made->surface.control_mesh.corners.size(), 2u);
+  const auto decoded = DecodeDss(made->encoded.Concatenate(), RunContext{});
+  const TriangleMesh mesh =
+      Tessellate(decoded->surface, decoded->surface.max_level, RunContext{}).value();
+  const auto topology = BuildMeshTopology(mesh.triangles, static_cast<int>(mesh.vertices.cols()));
+  double farthest = 0;
+  int on_border = 0;
+  for (int v = 0; v < topology->vertex_count; ++v) {
+    if (topology->boundary_vertex[static_cast<size_t>(v)] == 0) continue;
+    ++on_border;
+    farthest =
+        std::max(farthest, std::min(std::abs(mesh.vertices(2, v)), std::abs(mesh.vertices(0, v))));
+  }
+  EXPECT_GT(on_border, 100);
+  EXPECT_LT(farthest, kExactBorder * made->report.diagonal);
+  EXPECT_LT(ErrorOf(cap, *made).rms, 2e-4);
+  // Of a scan there is no such border.
+  EXPECT_THAT(Reconstruct({cap.points}, options, RunContext{}).status().message(),
+              ::testing::HasSubstr("boundary: exact is for meshes"));
 }
 
 TEST(ShapeMeshTest, RefusesOptionsOfScans) {

@@ -94,11 +94,12 @@ TEST(DssHeaderTest, LevelsWithoutAChunkMustBePossible) {
             absl::StatusCode::kDataLoss);
 }
 
-// Versions 4 and 5 are for files of groups that tell which they are, and of quads.
+// Versions 4 to 6 are for files of groups that tell which they are, of quads, and with a finer
+// border.
 TEST(DssHeaderTest, ANewerVersionNeedsItsFlag) {
   DssHeader header = Sample();
   EXPECT_TRUE(DecodeDssHeader(EncodeDssHeader(header), 3).ok());
-  for (const int version : {4, 5}) {
+  for (const int version : {4, 5, 6}) {
     EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), version).status()));
   }
   header.group_limit = 1000;
@@ -108,6 +109,15 @@ TEST(DssHeaderTest, ANewerVersionNeedsItsFlag) {
   header.has_quads = true;
   EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), 4).status()));
   EXPECT_TRUE(DecodeDssHeader(EncodeDssHeader(header), 5).ok());
+  header.has_boundary = true;
+  header.border_digits = 16;
+  EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), 5).status()));
+  EXPECT_EQ(DecodeDssHeader(EncodeDssHeader(header), 6)->border_digits, 16);
+  header.border_digits = 17;
+  EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), 6).status()));
+  header.border_digits = 1;
+  header.has_boundary = false;
+  EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), 6).status()));
 }
 
 TEST(DssHeaderTest, UnknownMetadataIsSkipped) {

@@ -151,6 +151,9 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
        [](Options* o) { o->mutable_control()->set_creases(static_cast<v1::Creases>(7)); }},
       {"control.boundary",
        [](Options* o) { o->mutable_control()->set_boundary(static_cast<v1::Boundary>(-1)); }},
+      // Of a mesh alone.
+      {"control.boundary",
+       [](Options* o) { o->mutable_control()->set_boundary(v1::BOUNDARY_EXACT); }},
       {"control.control_faces",
        [](Options* o) { o->mutable_control()->set_control_faces(200001); }},
       {"control.close_holes_below_ratio",

@@ -1,0 +1,15 @@
+// The borders of a given mesh.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace rilievo {
+
+// Lines that the border of a surface is to meet exactly; unit frame.
+struct KnownBorders {
+  Eigen::Matrix3Xd lines;    // columns 2 i and 2 i + 1 are the ends of a segment
+  Eigen::Matrix3Xd corners;  // where they turn sharply
+  bool any() const { return lines.cols() > 0; }
+};
+
+}  // namespace rilievo
