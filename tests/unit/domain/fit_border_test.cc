@@ -66,7 +66,7 @@ TEST(FitBorderTest, TheBorderBecomesACircleInItsPlane) {
 
 TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
   Eigen::Matrix3Xd square(3, 4);
-  square << 0.25, -0.25, -0.25, 0.25, 0.25, 0.25, -0.25, -0.25, 0.1, 0.1, 0.1, 0.1;
+  square << 0.22, -0.22, -0.22, 0.22, 0.22, 0.22, -0.22, -0.22, 0.1, 0.1, 0.1, 0.1;
   ControlMesh disc = Disc(32);
   for (const int corner : {5, 13, 21, 29}) disc.corners.push_back(corner);
   ASSERT_TRUE(FitBorder({Polyline(square), square}, 1, RunContext(), &disc).ok());
@@ -77,7 +77,7 @@ TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
   }
   const Eigen::Matrix3Xd limits = BorderLimits(disc);
   for (const auto& point : limits.colwise()) {
-    EXPECT_NEAR(point.head<2>().cwiseAbs().maxCoeff(), 0.25, 1e-6);
+    EXPECT_NEAR(point.head<2>().cwiseAbs().maxCoeff(), 0.22, 1e-6);
     EXPECT_NEAR(point.z(), 0.1, 1e-9);
   }
 }

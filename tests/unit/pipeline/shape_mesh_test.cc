@@ -254,10 +254,11 @@ PointCloud HalfCap(int rings, int rays) {
 }
 
 TEST(ShapeMeshTest, BordersAreExactWhereThatIsAsked) {
-  const PointCloud cap = HalfCap(60, 120);
+  const PointCloud cap = HalfCap(10, 100);
   ReconstructOptions options;
   options.control.boundary = BoundaryRule::kExact;
-  options.control.target_faces = 800;
+  options.control.target_faces = 150;
+  options.max_level = 1;
   const auto made = Reconstruct(cap, options, RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_GE(made->surface.control_mesh.corners.size(), 2u);

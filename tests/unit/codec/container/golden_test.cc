@@ -297,6 +297,19 @@ TEST(GoldenTest, Version5OfQuads) {
   EXPECT_EQ(HeightsFingerprint(decoded->surface), 3759793190u);
 }
 
+// A sheet with a hole, whose border has eight more digits.
+TEST(GoldenTest, Version6OfAFineBorder) {
+  const std::vector<uint8_t> bytes = Golden("fine_border_v6.dss");
+  ASSERT_EQ(bytes.size(), 1438u);
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 6);
+  EXPECT_EQ(decoded->chunk_bytes, (std::vector<int64_t>{}));
+  EXPECT_EQ(FacesFingerprint(decoded->surface.control_mesh), 0u);
+  EXPECT_EQ(PointsFingerprint(decoded->surface.control_mesh), 0u);
+  EXPECT_EQ(HeightsFingerprint(decoded->surface), 0u);
+}
+
 // Whatever the control chunk is made to say, with a good checksum, it is refused or its faces are
 // halves of quads.
 TEST(GoldenTest, DamagedQuadsAreQuadsOrRefused) {

@@ -1,5 +1,6 @@
 #include "core/codec/mesh/border_coder.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/codec/container/dss.h"
