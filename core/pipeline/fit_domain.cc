@@ -123,7 +123,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   if (scan.borders.any()) {
     RILIEVO_RETURN_IF_ERROR(RefineBorder(scan.borders, context, &mesh));
   }
-  if (options.control.scheme == DomainScheme::kCatmullClark) {
+  if (options.control.scheme == DomainScheme::kCatmullClark && !mesh.quads()) {
     RILIEVO_ASSIGN_OR_RETURN(mesh, QuadControlMesh(mesh));
   }
   RILIEVO_ASSIGN_OR_RETURN(domain.fit,

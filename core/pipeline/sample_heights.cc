@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/mesh/prepare_control_mesh.h"
+#include "core/control/quads/quad_control_mesh.h"
 #include "core/control/topology/trim_unmeasured.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/level_rings.h"
@@ -98,14 +99,16 @@ absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology t
                                              const PipelineContext& context) {
   if (options.control.boundary != BoundaryRule::kClose && topology == Topology::kArbitrary) {
     const ControlMesh& mesh = domain.fit.control_mesh;
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> unmeasured,
+    RILIEVO_ASSIGN_OR_RETURN(std::vector<float> unmeasured,
                              UnmeasuredShares(mesh, scan.cloud, scan.index, context));
+    if (mesh.quads()) ShareBetweenHalves(mesh, &unmeasured);
     RILIEVO_ASSIGN_OR_RETURN(
-        const ControlMesh cut,
+        ControlMesh cut,
         TrimUnmeasured(mesh, unmeasured, scan.cloud, scan.index,
                        {options.control.close_holes_below, options.control.bridge_gaps_below},
                        context));
     if (cut.faces.cols() < mesh.faces.cols()) {
+      if (mesh.quads()) TakeDiagonals(mesh, &cut);
       RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, cut, options, context));
     }
   }

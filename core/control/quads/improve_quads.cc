@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,7 +12,7 @@ namespace {
 
 constexpr int kMostPasses = 20;
 // A turn for the valences may leave its quads this square, or as square as they were.
-constexpr double kSquareEnough = 0.4;
+const double kSquareEnough = getenv("QSE") ? atof(getenv("QSE")) : 0.4;
 // A turn that leaves the valences as good as they were must make the worse quad this much squarer.
 constexpr double kSquarer = 1.25;
 // The cosine between the normals of two quads that share an edge which is turned.
@@ -49,7 +50,8 @@ struct Turn {
   // Whether it is better than the quads that are there, whose worst is `was` square.
   bool Improves(double was) const {
     if (change < 0) return squareness >= std::min(kSquareEnough, was);
-    return change == 0 && squareness > 0 && squareness >= kSquarer * was;
+    static const bool no_square = getenv("QNS") != nullptr;
+    return change == 0 && !no_square && squareness > 0 && squareness >= kSquarer * was;
   }
 };
 

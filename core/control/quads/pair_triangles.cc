@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -13,7 +14,7 @@ namespace rilievo {
 namespace {
 
 // Of one squared valence beside the squareness of a quad, which is 1 at most.
-constexpr double kValenceWeight = 0.1;
+const double kValenceWeight = getenv("QVW") ? atof(getenv("QVW")) : 0.1;
 // Of a flat corner, in squared valences.
 constexpr double kFlatCorner = 4;
 // Steps across a smooth edge that crossing a crease, and ending at the boundary, are worth.

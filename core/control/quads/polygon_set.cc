@@ -28,7 +28,11 @@ PolygonSet::PolygonSet(const ControlMesh& mesh) {
   boundary_.assign(vertices, 0);
   sharp_.assign(vertices, 0);
   side_.reserve(static_cast<size_t>(mesh.faces.size()));
-  for (const auto& face : mesh.faces.colwise()) Add(std::array{face[0], face[1], face[2]});
+  if (mesh.quads()) {
+    AddQuads(mesh);
+  } else {
+    for (const auto& face : mesh.faces.colwise()) Add(std::array{face[0], face[1], face[2]});
+  }
   for (const Crease& crease : mesh.creases) {
     creases_[Key(crease.a, crease.b)] = creases_[Key(crease.b, crease.a)] = crease.sharpness;
     for (const int end : {crease.a, crease.b}) sharp_[static_cast<size_t>(end)] = 1;
@@ -40,6 +44,16 @@ PolygonSet::PolygonSet(const ControlMesh& mesh) {
       if (WithSide(to, from) >= 0) continue;
       for (const int end : {from, to}) boundary_[static_cast<size_t>(end)] = 1;
     }
+  }
+}
+
+void PolygonSet::AddQuads(const ControlMesh& mesh) {
+  std::unordered_map<uint64_t, int> apexes;  // of triangles, by their sides
+  for (const auto& face : mesh.faces.colwise()) {
+    for (int k = 0; k < 3; ++k) apexes[Key(face[k], face[(k + 1) % 3])] = face[(k + 2) % 3];
+  }
+  for (const auto& [a, b] : mesh.diagonals) {
+    Add(std::array{a, apexes.at(Key(b, a)), b, apexes.at(Key(a, b))});
   }
 }
 

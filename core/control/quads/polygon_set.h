@@ -28,7 +28,7 @@ struct Polygon {
 
 class PolygonSet {
  public:
-  // The triangles of a manifold, with its creases.
+  // The triangles or quads of a manifold, with its creases.
   explicit PolygonSet(const ControlMesh& mesh);
 
   int size() const { return static_cast<int>(polygons_.size()); }
@@ -66,6 +66,8 @@ class PolygonSet {
   static uint64_t Key(int from, int to) {
     return uint64_t{static_cast<uint32_t>(from)} << 32 | static_cast<uint32_t>(to);
   }
+
+  void AddQuads(const ControlMesh& mesh);
 
   std::vector<Eigen::Vector3d> points_;
   std::vector<int> valence_;

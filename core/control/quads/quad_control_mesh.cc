@@ -1,7 +1,11 @@
 #include "core/control/quads/quad_control_mesh.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -10,10 +14,15 @@
 #include "core/control/quads/improve_quads.h"
 #include "core/control/quads/pair_triangles.h"
 #include "core/control/quads/polygon_set.h"
+#include "core/control/simplify/relax_mesh.h"
 #include "core/loop/crease_topology.h"
 
 namespace rilievo {
 namespace {
+
+// Of turned edges and moved vertices, by turns.
+const int kRounds = getenv("QR") ? atoi(getenv("QR")) : 1,
+          kRelaxations = getenv("QX") ? atoi(getenv("QX")) : 0;
 
 // Each triangle as three quads around its centroid.
 ControlMesh SplitEachTriangle(const ControlMesh& mesh, const MeshTopology& topology,
@@ -108,15 +117,34 @@ std::vector<ControlMesh> ComponentsOf(const ControlMesh& mesh, const MeshTopolog
 absl::StatusOr<ControlMesh> QuadsOfComponent(const ControlMesh& mesh) {
   PolygonSet polygons(mesh);
   if (PairTriangles(&polygons)) {
-    ImproveQuads(&polygons);
-    if (std::optional<ControlMesh> made = polygons.ToControlMesh(mesh.corners)) {
-      return *std::move(made);
+    std::optional<ControlMesh> made;
+    for (int round = 0; round < kRounds; ++round) {
+      if (made) polygons = PolygonSet(*made);
+      ImproveQuads(&polygons);
+      std::optional<ControlMesh> next = polygons.ToControlMesh(made ? made->corners : mesh.corners);
+      if (!next) break;
+      made = std::move(next);
+      RelaxTangentially(&*made, kRelaxations);
     }
+    if (made) return *std::move(made);
   }
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(mesh, topology));
   return SplitEachTriangle(mesh, topology, creases);
+}
+
+// The faces on both sides of each edge, which is written with the lower vertex first.
+template <typename Visit>
+void ForEachInnerEdge(const ControlMesh& mesh, const Visit& visit) {
+  std::map<std::array<int, 2>, int> first;
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(mesh.faces(k, f), mesh.faces((k + 1) % 3, f));
+      const auto [entry, is_new] = first.try_emplace({a, b}, f);
+      if (!is_new) visit(entry->first, entry->second, f);
+    }
+  }
 }
 
 ControlMesh Joined(const std::vector<ControlMesh>& components) {
@@ -156,6 +184,32 @@ absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh) {
     RILIEVO_ASSIGN_OR_RETURN(component, QuadsOfComponent(component));
   }
   return Joined(components);
+}
+
+void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face) {
+  ForEachInnerEdge(quads, [&](const std::array<int, 2>& edge, int f, int g) {
+    if (!std::ranges::binary_search(quads.diagonals, edge)) return;
+    float& a = (*of_face)[static_cast<size_t>(f)];
+    float& b = (*of_face)[static_cast<size_t>(g)];
+    a = b = (a + b) / 2;
+  });
+}
+
+void TakeDiagonals(const ControlMesh& quads, ControlMesh* part) {
+  using Place = std::array<double, 3>;
+  const auto place = [](const ControlMesh& mesh, int v) -> Place {
+    return {mesh.vertices(0, v), mesh.vertices(1, v), mesh.vertices(2, v)};
+  };
+  const auto ends = [&](const ControlMesh& mesh, const std::array<int, 2>& edge) {
+    return std::pair<Place, Place>(std::minmax({place(mesh, edge[0]), place(mesh, edge[1])}));
+  };
+  std::set<std::pair<Place, Place>> diagonals;
+  for (const auto& diagonal : quads.diagonals) diagonals.insert(ends(quads, diagonal));
+  part->diagonals.clear();
+  ForEachInnerEdge(*part, [&](const std::array<int, 2>& edge, int, int) {
+    if (diagonals.contains(ends(*part, edge))) part->diagonals.push_back(edge);
+  });
+  std::sort(part->diagonals.begin(), part->diagonals.end());
 }
 
 }  // namespace rilievo

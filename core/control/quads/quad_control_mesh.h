@@ -1,6 +1,8 @@
 // A control mesh of quads from one of triangles.
 #pragma once
 
+#include <vector>
+
 #include "absl/status/statusor.h"
 #include "core/geometry/triangle_mesh.h"
 
@@ -13,5 +15,12 @@ namespace rilievo {
 // one of few triangles full of creases may not, gets three quads for each triangle; the others do
 // not. INVALID_ARGUMENT unless `mesh` is a manifold of triangles.
 absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh);
+
+// What is said of each face of a mesh of quads, as the mean of both halves of each quad.
+void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face);
+
+// Those edges of `*part` become diagonals that lie where one of `quads` does. `part`: some of these
+// quads, whole, their control points not moved.
+void TakeDiagonals(const ControlMesh& quads, ControlMesh* part);
 
 }  // namespace rilievo

@@ -1,6 +1,9 @@
 #include "core/control/simplify/relax_mesh.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <vector>
 
 #include "core/control/simplify/collapse_guards.h"
@@ -53,6 +56,11 @@ Hold HoldOf(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v) {
   return hold;
 }
 
+bool IsDiagonal(const ControlMesh& mesh, int a, int b) {
+  const std::array<int, 2> edge = {std::min(a, b), std::max(a, b)};
+  return std::binary_search(mesh.diagonals.begin(), mesh.diagonals.end(), edge);
+}
+
 // Where vertex v should go.
 Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges,
                          const CreaseConstraints& creases, const Hold& hold, int v) {
@@ -64,6 +72,8 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
   half_edges.ForEachNeighbor(v, [&](int neighbor, int edge) {
     if (boundary && half_edges.Twin(half_edges.HalfOfEdge(edge)) >= 0) return;
     if (on_crease && !creases.IsSharp(edge)) return;
+    static const bool with_diagonals = getenv("QD") != nullptr;
+    if (!with_diagonals && mesh.quads() && IsDiagonal(mesh, v, neighbor)) return;
     mean += mesh.vertices.col(neighbor);
     ++count;
   });
