@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -125,6 +128,16 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   }
   if (options.control.scheme == DomainScheme::kCatmullClark && !mesh.quads()) {
     RILIEVO_ASSIGN_OR_RETURN(mesh, QuadControlMesh(mesh));
+  }
+  if (const char* path = getenv("QDUMP")) {
+    static int number = 0;
+    for (const ControlMesh* m : {&start, static_cast<const ControlMesh*>(&mesh)}) {
+      FILE* out = fopen((std::string(path) + std::to_string(number) + (m == &start ? "t.obj" : "q.obj")).c_str(), "w");
+      for (const auto& v : m->vertices.colwise()) fprintf(out, "v %.9g %.9g %.9g\n", v[0], v[1], v[2]);
+      for (const auto& f : m->faces.colwise()) fprintf(out, "f %d %d %d\n", f[0] + 1, f[1] + 1, f[2] + 1);
+      fclose(out);
+    }
+    ++number;
   }
   RILIEVO_ASSIGN_OR_RETURN(domain.fit,
                            FitLoopDomain(scan.cloud, scan.index, mesh, options.fit, context));

@@ -61,6 +61,21 @@ double LeastSquareness(const PolygonSet& polygons, const std::vector<FourCorners
   return least;
 }
 
+double LeastFlatness(const PolygonSet& polygons, const std::vector<FourCorners>& quads) {
+  double least = 1;
+  for (const FourCorners& quad : quads) least = std::min(least, FlatnessOf(polygons, quad));
+  return least;
+}
+
+const double kFlatEnough = getenv("QFE") ? atof(getenv("QFE")) : -2;
+
+// Whether these bend no more than those in whose place they come, or next to nothing.
+bool StayFlat(const PolygonSet& polygons, const std::vector<FourCorners>& before,
+              const std::vector<FourCorners>& after) {
+  return LeastFlatness(polygons, after) >=
+         std::min(kFlatEnough, LeastFlatness(polygons, before));
+}
+
 bool AreFlat(const PolygonSet& polygons, const std::vector<FourCorners>& quads) {
   for (size_t i = 0; i < quads.size(); ++i) {
     const FourCorners& next = quads[(i + 1) % quads.size()];
@@ -89,6 +104,8 @@ bool TurnEdge(int a, int b, PolygonSet* polygons) {
                                            CornersFrom((*polygons)[q], b)};
   const std::array<int, 6> ring = {a, before[1][2], before[1][3], b, before[0][2], before[0][3]};
   if (!AreFlat(*polygons, before) || !AreDistinct({ring.begin(), ring.end()})) return false;
+  static const bool no_border = getenv("QNB") != nullptr;
+  if (no_border && (polygons->OnBoundary(a) || polygons->OnBoundary(b))) return false;
   int was_flat = 0;
   for (const FourCorners& quad : before) was_flat += FlatCorners(*polygons, quad, 0, 3);
   const double was = LeastSquareness(*polygons, before);
@@ -103,7 +120,10 @@ bool TurnEdge(int a, int b, PolygonSet* polygons) {
     turn.change = kFlatCornerValence * flat +
                   polygons->ValenceChange(std::array{a, b}, std::array{at(k), at(k + 3)});
     turn.squareness = LeastSquareness(*polygons, turn.quads);
-    if (!turn.Improves(was) || !AreFlat(*polygons, turn.quads)) continue;
+    if (!turn.Improves(was) || !AreFlat(*polygons, turn.quads) ||
+        !StayFlat(*polygons, before, turn.quads)) {
+      continue;
+    }
     if (best &&
         std::pair(turn.change, -turn.squareness) >= std::pair(best->change, -best->squareness)) {
       continue;
@@ -140,7 +160,10 @@ bool TurnVertex(int p, int v, PolygonSet* polygons) {
   turn.change = kFlatCornerValence * flat + polygons->ValenceChange(ends, opposite);
   turn.squareness = LeastSquareness(*polygons, turn.quads);
   const double was = LeastSquareness(*polygons, before);
-  if (!turn.Improves(was) || !AreFlat(*polygons, turn.quads)) return false;
+  if (!turn.Improves(was) || !AreFlat(*polygons, turn.quads) ||
+      !StayFlat(*polygons, before, turn.quads)) {
+    return false;
+  }
   Replace(old, turn.quads, polygons);
   return true;
 }
@@ -169,6 +192,8 @@ bool TakeOut(int p, int v, PolygonSet* polygons) {
 }  // namespace
 
 void ImproveQuads(PolygonSet* polygons) {
+  static const bool none = getenv("QNI") != nullptr;
+  if (none) return;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     bool changed = false;
     for (int p = 0; p < polygons->size(); ++p) {

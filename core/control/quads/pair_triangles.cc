@@ -45,6 +45,8 @@ std::optional<float> PairCost(const PolygonSet& polygons, const Side& side) {
   constexpr double kMostChange = 1000;  // keeps the cost above 0
   double change = std::max<double>(-kMostChange, polygons.ValenceChange(side, {}));
   for (size_t i = 0; i < 4; ++i) change += IsFlatCorner(polygons, quad, i) ? kFlatCorner : 0;
+  static const double bend = getenv("QPB") ? atof(getenv("QPB")) : 0;
+  change += bend / kValenceWeight * (1 - FlatnessOf(polygons, quad));
   return static_cast<float>(1 - squareness + kValenceWeight * (kMostChange + change));
 }
 

@@ -194,6 +194,12 @@ bool IsFlatCorner(const PolygonSet& polygons, const std::array<int, 4>& quad, si
   return u.dot(v) < kFlatCosine * u.norm() * v.norm();
 }
 
+double FlatnessOf(const PolygonSet& polygons, const std::array<int, 4>& quad) {
+  const auto [a, b, c, d] = quad;
+  return std::min(CosineBetween(polygons, std::array{a, b, c}, std::array{a, c, d}),
+                  CosineBetween(polygons, std::array{b, c, d}, std::array{b, d, a}));
+}
+
 double CosineBetween(const PolygonSet& polygons, std::span<const int> a, std::span<const int> b) {
   return NormalOf(polygons, a).normalized().dot(NormalOf(polygons, b).normalized());
 }

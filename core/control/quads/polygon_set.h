@@ -85,6 +85,10 @@ double SquarenessOf(const PolygonSet& polygons, const std::array<int, 4>& quad);
 // wide: the surface is crowded there (quad_masks.h, k = 1). Its sides at the corner are in the set.
 bool IsFlatCorner(const PolygonSet& polygons, const std::array<int, 4>& quad, size_t corner);
 
+// The least cosine between the normals of the two halves of a quad, cut either way: 1 where it is
+// flat.
+double FlatnessOf(const PolygonSet& polygons, const std::array<int, 4>& quad);
+
 // The cosine of the angle between the normals of two quads or triangles.
 double CosineBetween(const PolygonSet& polygons, std::span<const int> a, std::span<const int> b);
 
