@@ -1,3 +1,4 @@
+#include <cstdlib>
 #include "core/domain/sample_targets.h"
 
 #include <Eigen/Geometry>
@@ -12,7 +13,7 @@ namespace rilievo {
 namespace {
 
 // Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
-constexpr double kBorderWeight = 0.3;
+const double kBorderWeight = getenv("QBW") ? atof(getenv("QBW")) : 0.3;
 
 struct Aim {
   const DomainSamples& samples;
