@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -39,8 +40,8 @@ constexpr int kFewestExact = 24;  // faces
 // Of position steps.
 constexpr double kCoarsestStep = 5e-3;
 constexpr double kFinestOfLines = 1e-4;
-// How far the curve may be off, and the coarsest step of its points, of which rounding takes
-// sqrt(3) / 2. Lines cut along a curved shape are off by kTrimTolerance. Together less than
+// How far the curve may be off, and the coarsest step of its points: rounding moves them by sqrt(3)
+// / 2 of it at most. Lines cut along a curved shape are off by kTrimTolerance. Together less than
 // kExactBorder.
 constexpr double kMissOfBorders = 0.65 * kExactBorder, kStepOfBorders = 0.15 * kExactBorder;
 // Of edges of the border, each to half of its length.
@@ -98,28 +99,22 @@ absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context
   }
 }
 
-// Gives the corners on the border of `*mesh` the places that they have in `before`: a fit to points
-// slides them along the border, farther than to their neighbours where edges are short.
-absl::Status PutCornersBack(const ControlMesh& before, ControlMesh* mesh) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      const MeshTopology topology,
-      BuildMeshTopology(before.faces, static_cast<int>(before.vertices.cols())));
-  for (const int v : before.corners) {
-    if (topology.boundary_vertex[static_cast<size_t>(v)] == 0) continue;
-    mesh->vertices.col(v) = before.vertices.col(v);
+absl::StatusOr<std::vector<int>> VerticesOnBorder(const ControlMesh& mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  std::vector<int> vertices;
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    if (topology.boundary_vertex[static_cast<size_t>(v)] != 0) vertices.push_back(v);
   }
-  return absl::OkStatus();
+  return vertices;
 }
 
-// Likewise all control points on the border: across a slit they come to the wrong side.
-absl::Status PutBorderBack(const ControlMesh& before, ControlMesh* mesh) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      const MeshTopology topology,
-      BuildMeshTopology(before.faces, static_cast<int>(before.vertices.cols())));
-  for (const std::vector<int>& loop : BoundaryLoops(topology)) {
-    mesh->vertices(Eigen::all, loop) = before.vertices(Eigen::all, loop);
-  }
-  return absl::OkStatus();
+std::vector<int> CornersAmong(const std::vector<int>& vertices, const ControlMesh& mesh) {
+  std::vector<int> corners;
+  std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(corners), [&](int v) {
+    return std::find(mesh.corners.begin(), mesh.corners.end(), v) != mesh.corners.end();
+  });
+  return corners;
 }
 
 }  // namespace
@@ -162,9 +157,13 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   domain.position_step = PositionStepOf(scan, options, domain);
   domain.has_exact_border = scan.borders.any();
   if (domain.has_exact_border) {
+    // A fit to points slides corners along the border, farther than to their neighbours where edges
+    // are short, and across a slit it draws control points to the wrong side.
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> border, VerticesOnBorder(mesh));
+    const std::vector<int> corners = CornersAmong(border, mesh);
     ControlMesh unmoved = domain.fit.control_mesh;
-    RILIEVO_RETURN_IF_ERROR(PutBorderBack(mesh, &unmoved));
-    RILIEVO_RETURN_IF_ERROR(PutCornersBack(mesh, &domain.fit.control_mesh));
+    unmoved.vertices(Eigen::all, border) = mesh.vertices(Eigen::all, border);
+    domain.fit.control_mesh.vertices(Eigen::all, corners) = mesh.vertices(Eigen::all, corners);
     RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss, FitBorder(scan.borders, kMissOfBorders, context,
                                                               &domain.fit.control_mesh));
     RILIEVO_ASSIGN_OR_RETURN(const BorderMiss other,
