@@ -16,7 +16,8 @@ namespace rilievo {
 // not. INVALID_ARGUMENT unless `mesh` is a manifold of triangles.
 absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh);
 
-// Replaces the values of the two halves of each quad in `*of_face`, one entry per face, by their mean.
+// Replaces the values of the two halves of each quad in `*of_face`, one entry per face, by their
+// mean.
 void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face);
 
 // Makes those edges of `*part` diagonals that lie where diagonals of `quads` do. `part`: whole
