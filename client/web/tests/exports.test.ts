@@ -111,11 +111,11 @@ test('a compressed GLB keeps its texture', async () => {
 /** Looks at the tiles from a place until nothing more is loaded; the levels that are then shown. */
 async function shownFrom(tiles: TilesRenderer, camera: PerspectiveCamera): Promise<number[]> {
   camera.updateMatrixWorld(true);
+  const queues = tiles as unknown as { isLoading: boolean; processNodeQueue: { running: boolean } };
   for (let quiet = 0; quiet < 5; ) {
     tiles.update();
     await new Promise((resolve) => setTimeout(resolve, 20));
-    const { stats } = tiles as unknown as { stats: { queued?: number; downloading: number; parsing: number } };
-    quiet = (stats.queued ?? 0) + stats.downloading + stats.parsing === 0 ? quiet + 1 : 0;
+    quiet = queues.isLoading || queues.processNodeQueue.running ? 0 : quiet + 1;
   }
   return [...tiles.visibleTiles].map((tile) => (tile as unknown as { internal: { depth: number } }).internal.depth);
 }
@@ -133,6 +133,11 @@ test('the 3D Tiles renderer shows all levels, finer ones from nearer', async () 
     const camera = new PerspectiveCamera(50, 1, 0.001, 1e5);
     tiles.setCamera(camera);
     tiles.setResolution(camera, 800, 800);
+    // The tileset itself is in no queue while it is on its way.
+    await new Promise<void>((resolve) => {
+      for (const ended of ['load-root-tileset', 'load-error'] as const) tiles.addEventListener(ended, () => resolve());
+      tiles.update();
+    });
     const depths: number[] = [];
     for (const distance of [30000, 3000, 300, 30, 3]) {
       camera.position.set(distance, 0, 0);
