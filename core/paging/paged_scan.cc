@@ -28,8 +28,11 @@ struct PageIndex {
   SpatialFrame curve;
   CellCounts cells{};
   PagingFigures figures;
-  Eigen::Matrix3Xd low, high;  // of the pages' boxes
-  std::vector<uint32_t> checksums;
+  std::vector<uint32_t> checksums;  // of each page
+  std::vector<int32_t> stretches;   // how many each page has
+  // Of each stretch: its points, and its box.
+  std::vector<int32_t> points;
+  Eigen::Matrix3Xd low, high;
 };
 
 template <typename Archive, typename Index>
@@ -39,9 +42,11 @@ void VisitIndex(Archive& archive, Index& index) {
   archive(index.curve.diagonal);
   archive(index.cells);
   archive(index.figures);
+  archive(index.checksums);
+  archive(index.stretches);
+  archive(index.points);
   archive(index.low);
   archive(index.high);
-  archive(index.checksums);
 }
 
 absl::Status WrongCells(const ScratchFolder& folder) {
@@ -55,7 +60,43 @@ bool AreCells(const CellCounts& cells, int64_t points) {
   return cells.front() >= 1 && cells.back() <= points && std::is_sorted(cells.begin(), cells.end());
 }
 
+// Unset where they do not fit together.
+std::optional<std::vector<Page>> PagesOf(const PageIndex& index) {
+  const auto columns = static_cast<Eigen::Index>(index.points.size());
+  const auto pages = static_cast<int64_t>(index.checksums.size());
+  if (index.stretches.size() != index.checksums.size() || index.low.cols() != columns ||
+      index.high.cols() != columns || pages != (index.size + kPagePoints - 1) / kPagePoints) {
+    return std::nullopt;
+  }
+  std::vector<Page> found;
+  Eigen::Index column = 0;
+  for (int page = 0; page < static_cast<int>(pages); ++page) {
+    Page next;
+    next.checksum = index.checksums[page];
+    int64_t points = 0;
+    if (index.stretches[page] > columns - column) return std::nullopt;
+    for (int i = 0; i < index.stretches[page]; ++i, ++column) {
+      next.stretches.push_back({{index.low.col(column), index.high.col(column)},
+                                index.points[static_cast<size_t>(column)]});
+      next.box.extend(next.stretches.back().box);
+      points += next.stretches.back().points;
+    }
+    if (points != PointsOfPage(page, index.size)) return std::nullopt;
+    found.push_back(std::move(next));
+  }
+  return column == columns ? std::optional(std::move(found)) : std::nullopt;
+}
+
 }  // namespace
+
+int64_t Page::PointsNear(const Eigen::AlignedBox3d& within) const {
+  if (!within.intersects(box)) return 0;
+  int64_t points = 0;
+  for (const PageStretch& stretch : stretches) {
+    if (within.intersects(stretch.box)) points += stretch.points;
+  }
+  return points;
+}
 
 absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Read(int page) const {
   Eigen::Matrix3Xd points(3, PointsOfPage(page, size_));
@@ -77,7 +118,7 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::PointsIn(const Eigen::AlignedBox3d& 
   if (ranks != nullptr) ranks->clear();
   std::vector<Eigen::Vector3d> within;
   for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
-    if (!box.intersects(pages_[page].box)) continue;
+    if (pages_[page].PointsNear(box) == 0) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
@@ -132,14 +173,20 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const std::vec
 }
 
 absl::Status PagedScan::Save() const {
-  PageIndex index{size_, curve_, cells_, figures_, {}, {}, {}};
-  index.low.resize(3, static_cast<Eigen::Index>(pages_.size()));
-  index.high.resize(3, index.low.cols());
+  PageIndex index{size_, curve_, cells_, figures_, {}, {}, {}, {}, {}};
   for (const Page& page : pages_) {
-    const auto column = static_cast<Eigen::Index>(index.checksums.size());
-    index.low.col(column) = page.box.min();
-    index.high.col(column) = page.box.max();
     index.checksums.push_back(page.checksum);
+    index.stretches.push_back(static_cast<int32_t>(page.stretches.size()));
+    for (const PageStretch& stretch : page.stretches) index.points.push_back(stretch.points);
+  }
+  index.low.resize(3, static_cast<Eigen::Index>(index.points.size()));
+  index.high.resize(3, index.low.cols());
+  Eigen::Index column = 0;
+  for (const Page& page : pages_) {
+    for (const PageStretch& stretch : page.stretches) {
+      index.low.col(column) = stretch.box.min();
+      index.high.col(column++) = stretch.box.max();
+    }
   }
   ValueWriter writer;
   VisitIndex(writer, index);
@@ -153,21 +200,17 @@ absl::StatusOr<std::optional<PagedScan>> FindPagedScan(const ScratchFolder& fold
   PageIndex index;
   ValueReader reader(*saved);
   VisitIndex(reader, index);
-  const auto count = static_cast<Eigen::Index>(index.checksums.size());
-  const int64_t expected = (index.size + kPagePoints - 1) / kPagePoints;
   absl::StatusOr<ScratchFile> file = ScratchFile::Create(folder, kPagesName);
-  if (!reader.Finished() || count != expected || index.low.cols() != count ||
-      index.high.cols() != count || !AreCells(index.cells, index.size) || !file.ok() ||
+  if (!reader.Finished() || !AreCells(index.cells, index.size) || !file.ok() ||
       file->size() != index.size * kPointBytes) {
     return std::nullopt;
   }
-  std::vector<Page> pages;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    pages.push_back({{index.low.col(i), index.high.col(i)}, index.checksums[i]});
-  }
-  PagedScan scan(*std::move(file), std::move(pages), index.size, index.curve, index.cells,
+  std::optional<std::vector<Page>> pages = PagesOf(index);
+  if (!pages) return std::nullopt;
+  const auto count = static_cast<int>(pages->size());
+  PagedScan scan(*std::move(file), *std::move(pages), index.size, index.curve, index.cells,
                  index.figures);
-  for (int page = 0; page < static_cast<int>(count); ++page) {
+  for (int page = 0; page < count; ++page) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const absl::StatusOr<Eigen::Matrix3Xd> points = scan.Read(page);
     if (!points.ok() || !points->allFinite()) return std::nullopt;

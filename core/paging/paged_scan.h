@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/geometry/spatial_frame.h"
+#include "core/paging/page_stretches.h"
 #include "core/paging/scratch_file.h"
 #include "core/points/morton_order.h"
 
@@ -21,8 +22,12 @@ namespace rilievo {
 inline constexpr int kPagePoints = 4096;
 
 struct Page {
-  Eigen::AlignedBox3d box;  // of its points, scan frame
-  uint32_t checksum = 0;    // CRC-32C
+  Eigen::AlignedBox3d box;             // of its points, scan frame
+  std::vector<PageStretch> stretches;  // all of its points, in order
+  uint32_t checksum = 0;               // CRC-32C
+
+  // How many of its points lie in the box; an upper bound.
+  int64_t PointsNear(const Eigen::AlignedBox3d& within) const;
 };
 
 // How many points page `page` of `size` points has.
@@ -63,7 +68,7 @@ class PagedScan {
   // Column = point, scan frame. DATA_LOSS when the page is not what was written.
   absl::StatusOr<Eigen::Matrix3Xd> Read(int page) const;
 
-  // All points within the box (scan frame), in order; pages that do not touch it are not read.
+  // All points within the box (scan frame), in order; pages of which none can are not read.
   // `ranks`, unless null, become their places in the order of all points.
   absl::StatusOr<Eigen::Matrix3Xd> PointsIn(const Eigen::AlignedBox3d& box,
                                             const RunContext& context,

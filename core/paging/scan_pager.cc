@@ -122,7 +122,8 @@ class RunMerger {
 // Points in the order of the curve, into pages.
 class PageWriter {
  public:
-  explicit PageWriter(ScratchFile file) : file_(std::move(file)), points_(3, kPagePoints) {}
+  explicit PageWriter(ScratchFile file)
+      : file_(std::move(file)), points_(3, kPagePoints), codes_(kPagePoints) {}
 
   absl::Status Add(const CurvePlace& place) {
     // The levels at whose cells this point begins another one: all, or from the first bit on in
@@ -130,6 +131,7 @@ class PageWriter {
     const int first = size_ == 0 ? 0 : FirstLevelApart(place.code, last_code_);
     if (first <= kMortonBits) ++new_cells_[first];
     last_code_ = place.code;
+    codes_[static_cast<size_t>(count_)] = place.code;
     points_.col(count_++) = place.point;
     ++size_;
     return count_ == kPagePoints ? Flush() : absl::OkStatus();
@@ -151,6 +153,7 @@ class PageWriter {
     const auto bytes = static_cast<size_t>(count_ * kBytesOfPoint);
     RILIEVO_RETURN_IF_ERROR(file_.Append(points_.data(), bytes));
     pages_.push_back({Eigen::AlignedBox3d(points.rowwise().minCoeff(), points.rowwise().maxCoeff()),
+                      CutStretches(points, std::span(codes_).first(static_cast<size_t>(count_))),
                       Crc32c(std::span(reinterpret_cast<const uint8_t*>(points_.data()), bytes))});
     count_ = 0;
     return absl::OkStatus();
@@ -158,7 +161,8 @@ class PageWriter {
 
   ScratchFile file_;
   Eigen::Matrix3Xd points_;
-  Eigen::Index count_ = 0;  // of `points_`
+  std::vector<uint64_t> codes_;
+  Eigen::Index count_ = 0;  // of both
   std::vector<Page> pages_;
   int64_t size_ = 0;
   uint64_t last_code_ = 0;

@@ -21,7 +21,7 @@ inline constexpr int64_t kScratchBytesOfPoint = 60;
 
 // An external merge sort (D. E. Knuth, The Art of Computer Programming 3, 5.4): runs of
 // `run_points` are sorted in memory, then merged. Beside 64 bytes a point of a run it takes 12 KB a
-// run and 56 bytes a page; on disk at most 48 bytes a point.
+// run and 1 KB a page; on disk at most 48 bytes a point.
 class ScanPager {
  public:
   static constexpr int64_t kRunPoints = 1 << 20;

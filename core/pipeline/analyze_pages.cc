@@ -11,6 +11,7 @@
 #include "core/paging/part_journal.h"
 #include "core/paging/saved_value.h"
 #include "core/pipeline/analyze_block.h"
+#include "core/pipeline/page_runs.h"
 
 namespace rilievo {
 namespace {
@@ -25,77 +26,6 @@ Surfel SurfelOf(const OrientedCloud& cloud, Eigen::Index i) {
   const Eigen::Vector3f normal = cloud.normals.col(i).cast<float>();
   return {{normal.x(), normal.y(), normal.z()}, cloud.spacing[i], cloud.noise[i]};
 }
-
-// Pages [begin, end) and all pages that hold points of their halo, ascending.
-struct PageRun {
-  int begin = 0, end = 0;
-  std::vector<int> read;
-};
-
-int64_t PointsOfRun(const PageRun& run, int64_t size) {
-  return std::min(size, int64_t{run.end} * kPagePoints) - int64_t{run.begin} * kPagePoints;
-}
-
-// The pages of a scan in runs, each of which is read with its halo.
-class PageRuns {
- public:
-  // `halo`: scan unit.
-  PageRuns(const PagedScan& scan, double halo) : scan_(scan) {
-    for (const Page& page : scan.pages()) {
-      around_.emplace_back(page.box.min().array() - halo, page.box.max().array() + halo);
-    }
-  }
-
-  std::vector<PageRun> Cut(int64_t most_points) const {
-    std::vector<PageRun> runs;
-    if (!around_.empty()) {
-      Split(RunOf(0, static_cast<int>(around_.size())), most_points / kPagePoints, &runs);
-    }
-    return runs;
-  }
-
-  // Whether the point of a page outside of the run lies in its halo.
-  bool IsAround(const PageRun& run, const Eigen::Vector3d& point) const {
-    return std::any_of(around_.begin() + run.begin, around_.begin() + run.end,
-                       [&](const Box& box) { return box.contains(point); });
-  }
-
- private:
-  PageRun RunOf(int begin, int end) const {
-    PageRun run{begin, end, {}};
-    Box all;
-    for (int page = begin; page < end; ++page) all.extend(around_[page]);
-    for (int page = 0; page < static_cast<int>(around_.size()); ++page) {
-      const Box& box = scan_.pages()[page].box;
-      const auto touches = [&](const Box& around) { return around.intersects(box); };
-      if ((page >= begin && page < end) ||
-          (touches(all) && std::any_of(around_.begin() + begin, around_.begin() + end, touches))) {
-        run.read.push_back(page);
-      }
-    }
-    return run;
-  }
-
-  // Halves that read nearly as much as the whole are not worth their work.
-  void Split(PageRun run, int64_t most_pages, std::vector<PageRun>* runs) const {
-    constexpr double kWorthwhile = 0.8;
-    const auto pages = static_cast<double>(run.read.size());
-    if (run.end - run.begin > 1 && pages > static_cast<double>(most_pages)) {
-      const int middle = run.begin + (run.end - run.begin) / 2;
-      PageRun first = RunOf(run.begin, middle), second = RunOf(middle, run.end);
-      const auto most = static_cast<double>(std::max(first.read.size(), second.read.size()));
-      if (most < kWorthwhile * pages) {
-        Split(std::move(first), most_pages, runs);
-        Split(std::move(second), most_pages, runs);
-        return;
-      }
-    }
-    runs->push_back(std::move(run));
-  }
-
-  const PagedScan& scan_;
-  std::vector<Box> around_;  // of each page, with its halo; scan frame
-};
 
 // The points of a run and its halo, in order; unit frame.
 struct RunPoints {
@@ -235,7 +165,7 @@ absl::StatusOr<OrientedCloud> CloudIn(const Eigen::AlignedBox3d& box, const Know
   std::vector<Eigen::Vector3d> places, normals;
   OrientedCloud cloud;
   for (int page = 0; page < static_cast<int>(scan.pages().size()); ++page) {
-    if (!in_scan.intersects(scan.pages()[page].box)) continue;
+    if (scan.pages()[page].PointsNear(in_scan) == 0) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, scan.Read(page));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<Surfel> of_page, known.surfels.Read(page));

@@ -21,10 +21,9 @@ struct AnalyzedPages {
 };
 
 // `coarse`: the thinned scan, whose sides all points take. Runs of pages are analyzed as scans of
-// their own, each with the points in a halo around it, which lie in pages of at most `part_points`
-// points, as far as halving the run helps; so what is found depends on the points and on
-// `part_points` alone. Where a scratch folder keeps its files, what an earlier run has found there
-// is not looked for again.
+// their own, each with the points in a halo around it, at most `part_points` as far as halving the
+// run helps; so what is found depends on the points and on `part_points` alone. Where a scratch
+// folder keeps its files, what an earlier run has found there is not looked for again.
 absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurface& coarse,
                                            int64_t part_points, const ReconstructOptions& options,
                                            const PartsRun& run, const RunContext& context);

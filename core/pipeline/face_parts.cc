@@ -66,7 +66,7 @@ Box InScan(const Box& box, const SpatialFrame& frame) {
   return Box(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
 }
 
-// Halves control faces until each part reads few enough pages.
+// Halves control faces until each part has few enough points around it.
 class Partition {
  public:
   Partition(const PagedScan& scan, const ScanSurface& coarse, const Eigen::Matrix3Xd& vertices,
@@ -88,9 +88,9 @@ class Partition {
 
  private:
   int64_t PointsAround(const Box& box) const {
-    int64_t pages = 0;
-    for (const Page& page : scan_.pages()) pages += box.intersects(page.box);
-    return pages * kPagePoints;
+    int64_t points = 0;
+    for (const Page& page : scan_.pages()) points += page.PointsNear(box);
+    return points;
   }
 
   double MiddleOf(int face, int axis) const {

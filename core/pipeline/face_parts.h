@@ -18,7 +18,7 @@ struct FacePart {
   Eigen::AlignedBox3d box;
 };
 
-// All parts, each within pages of at most `most_points` points where halving the control faces
+// All parts, each with at most `most_points` points around it where halving the control faces
 // comes to that. They depend on the points and on `most_points` alone, never on the memory there
 // is.
 class FaceParts {

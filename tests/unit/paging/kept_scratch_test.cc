@@ -135,6 +135,8 @@ TEST_F(KeptScratchTest, FindsPagesUnlessOneIsDamaged) {
       EXPECT_EQ(found->Read(page).value(), scan.Read(page).value());
       EXPECT_EQ(found->pages()[page].box.min(), scan.pages()[page].box.min());
       EXPECT_EQ(found->pages()[page].box.max(), scan.pages()[page].box.max());
+      const Eigen::AlignedBox3d near = scan.pages()[page].stretches.back().box;
+      EXPECT_EQ(found->pages()[page].PointsNear(near), scan.pages()[page].PointsNear(near));
     }
   }
   Damage(scratch, "pages", int64_t{kPagePoints} * 24 + 100);

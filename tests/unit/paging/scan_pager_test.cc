@@ -101,6 +101,34 @@ TEST(ScanPager, NamesAFolderThatIsNotThere) {
   EXPECT_THAT(pager.status().message(), ::testing::HasSubstr("/no/such/folder"));
 }
 
+TEST(PagedScan, StretchesHoldThePointsOfTheirPageClosely) {
+  const PagedScan paged = Paged(FarSphere(30000), 30000);
+  for (int number = 0; number < static_cast<int>(paged.pages().size()); ++number) {
+    const Page& page = paged.pages()[number];
+    const Eigen::Matrix3Xd points = paged.Read(number).value();
+    ASSERT_LE(page.stretches.size(), size_t{kStretchesOfPage});
+    Eigen::Index first = 0;
+    for (const PageStretch& stretch : page.stretches) {
+      ASSERT_GT(stretch.points, 0);
+      const auto columns = points.middleCols(first, stretch.points);
+      EXPECT_EQ(stretch.box.min(), columns.rowwise().minCoeff());
+      EXPECT_EQ(stretch.box.max(), columns.rowwise().maxCoeff());
+      EXPECT_LT(stretch.box.diagonal().norm(), 0.5 * page.box.diagonal().norm());
+      first += stretch.points;
+    }
+    EXPECT_EQ(first, points.cols());
+  }
+}
+
+TEST(PageStretches, PointsOfOneCellAreOne) {
+  const Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Random(3, 5);
+  const std::vector<uint64_t> one_cell(5, 77), two_cells = {76, 76, 77, 77, 77};
+  ASSERT_EQ(CutStretches(points, one_cell).size(), 1u);
+  EXPECT_EQ(CutStretches(points, one_cell)[0].points, 5);
+  ASSERT_EQ(CutStretches(points, two_cells).size(), 2u);
+  EXPECT_EQ(CutStretches(points, two_cells)[0].points, 2);
+}
+
 TEST(PagedScan, FindsThePointsOfABox) {
   const Eigen::Matrix3Xd points = FarSphere(30000);
   const PagedScan paged = Paged(points, 8000);
