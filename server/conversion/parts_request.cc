@@ -16,6 +16,22 @@ constexpr int64_t kScratchBytesOfControlFace = 24, kScratchBytesOfFace = 8;
 // Of a control face of a large scan, see ShapeCoarsely().
 constexpr int64_t kPointsOfFace = 120;
 
+// What comes of parts: 20 bytes of a point, and heights, which are as dense as the points where no
+// level is asked for (five bytes each, those on the rims of control faces more than once).
+constexpr int64_t kKeptBytesOfPoint = 32, kKeptBytesOfThinnedPoint = 64,
+                  kKeptBytesOfControlFace = 80, kKeptBytesOfFace = 4;
+
+int64_t ControlFacesOf(const JobRequest& job) {
+  return std::max(ExpectedControlFaces(job), job.size.points / kPointsOfFace);
+}
+
+// Of a level that is asked for; else none.
+int64_t FacesAskedFor(const JobRequest& job) {
+  if (!job.options.max_level) return 0;
+  return std::min(ControlFacesOf(job) << (2 * *job.options.max_level),
+                  job.options.max_surface_faces);
+}
+
 }  // namespace
 
 std::string ReasonAgainstParts(const JobRequest& job) {
@@ -45,14 +61,16 @@ std::string PlacesAloneWarning(const JobRequest& job) {
 }
 
 int64_t EstimateScratch(const JobRequest& job) {
-  const int64_t control_faces =
-      std::max(ExpectedControlFaces(job), job.size.points / kPointsOfFace);
-  const int64_t faces =
-      job.options.max_level
-          ? std::min(control_faces << (2 * *job.options.max_level), job.options.max_surface_faces)
-          : 0;
   return kScratchBytesOfPoint * std::max<int64_t>(job.size.points, kPagePoints) +
-         kScratchBytesOfControlFace * control_faces + kScratchBytesOfFace * faces;
+         kScratchBytesOfControlFace * ControlFacesOf(job) +
+         kScratchBytesOfFace * FacesAskedFor(job);
+}
+
+int64_t EstimateKeptParts(const JobRequest& job) {
+  const int64_t thinned = std::min(job.size.points, PartSizes::Of(job.parts->points).coarse_points);
+  return kKeptBytesOfPoint * std::max<int64_t>(job.size.points, kPagePoints) +
+         kKeptBytesOfThinnedPoint * thinned + kKeptBytesOfControlFace * ControlFacesOf(job) +
+         kKeptBytesOfFace * FacesAskedFor(job);
 }
 
 }  // namespace rilievo

@@ -19,4 +19,7 @@ std::string PlacesAloneWarning(const JobRequest& job);
 // Of a scratch folder, for its points and its surface, bytes.
 int64_t EstimateScratch(const JobRequest& job);
 
+// Of a store, for what comes of its parts where several workers share them, bytes. `parts` is set.
+int64_t EstimateKeptParts(const JobRequest& job);
+
 }  // namespace rilievo

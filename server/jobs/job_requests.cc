@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "server/conversion/parts_request.h"
 #include "server/conversion/scan_size.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
@@ -137,7 +138,10 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   stored.job.set_trace_id(caller.trace_id);
   if (work.parts) stored.job.set_part_points(static_cast<uint64_t>(work.parts->points));
   SetTime(stored.job.mutable_create_time());
-  if (core->store->shared()) stored.memory = core->board.MemoryOf(stored);
+  if (core->store->shared()) {
+    stored.memory = core->board.MemoryOf(stored);
+    if (work.parts) stored.parts_bytes = EstimateKeptParts(work);
+  }
   auto kept = core->store->Insert(stored);
   if (!kept.ok()) return Refused(kept.status());
   // Another call with the same request_id may have come first.

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 #include "server/store/content_name.h"
 
 namespace rilievo {
@@ -14,6 +15,8 @@ namespace {
 
 // Between two looks whether others have done what is left, and while the store is away.
 constexpr std::chrono::milliseconds kLook{100};
+// So often a job must be seen to wait before one who helps leaves: others may be about to take it.
+constexpr int kLooksAtWaiting = 10;
 constexpr int64_t kBlockBytes = 1 << 20;
 
 // What the store says, as an attempt at a job ends by it.
@@ -22,7 +25,9 @@ absl::Status OfAttempt(const absl::Status& status) {
   if (absl::IsFailedPrecondition(status) || absl::IsDataLoss(status)) {
     return absl::AbortedError(status.message());
   }
-  if (absl::IsResourceExhausted(status)) return absl::UnavailableError(status.message());
+  if (absl::IsResourceExhausted(status) && !StatedError(status)) {
+    return absl::UnavailableError(status.message());
+  }
   return status;
 }
 
@@ -50,6 +55,7 @@ PartsInStore::PartsInStore(JobStore* store, const StoredJob& job, const ServerOp
               .owner = job.owner,
               .worker = job.worker,
               .claim = job.claim,
+              .memory = options.MemoryBudget(),
               .recipe = Recipe(options)},
       stop_(std::move(stop)) {}
 
@@ -69,8 +75,13 @@ absl::StatusOr<PartQueue::Turn> PartsInStore::TryNext(PartStep step, int count) 
 }
 
 absl::StatusOr<SharedParts::Turn> PartsInStore::Next(PartStep step, int count) {
+  int waits = 0;
   while (!stop_.stop_requested()) {
     const auto turn = TryNext(step, count);
+    if (turn.ok() && turn->was_wrong) {
+      const char* const why = "what this worker has found of a part is wrong";
+      return leads() ? absl::AbortedError(why) : absl::InternalError(why);
+    }
     if (turn.ok() && (turn->claim || turn->done == count)) {
       claim_ = turn->claim;
       Turn next{std::nullopt, turn->done};
@@ -78,6 +89,8 @@ absl::StatusOr<SharedParts::Turn> PartsInStore::Next(PartStep step, int count) {
       return next;
     }
     if (!turn.ok() && !absl::IsUnavailable(turn.status())) return OfAttempt(turn.status());
+    waits = turn.ok() && turn->job_waits ? waits + 1 : 0;
+    if (waits == kLooksAtWaiting) return absl::AbortedError("a job waits for the place");
     std::this_thread::sleep_for(kLook);
   }
   return absl::CancelledError("nobody waits for the parts");

@@ -105,7 +105,17 @@ constexpr Migration kMigrations[] = {{1, R"(
     found_by BYTEA NOT NULL DEFAULT '',
     twice BIGINT NOT NULL,
     PRIMARY KEY(job_id, step, part)) WITH (fillfactor = 50);
-  CREATE INDEX job_parts_by_worker ON job_parts(worker))"}};
+  CREATE INDEX job_parts_by_worker ON job_parts(worker))"},
+                                     {1, R"(
+  -- `twice` is 2 where the second result (`other`, by whom) is not the first; after a third one
+  -- `other_by` is who was wrong.
+  ALTER TABLE job_parts ADD other BYTEA NOT NULL DEFAULT '', ADD other_by BYTEA NOT NULL DEFAULT '';
+  -- What is kept free for what comes of a job's parts, and what is left of that.
+  ALTER TABLE queue ADD owner BYTEA NOT NULL DEFAULT '', ADD parts_bytes BIGINT NOT NULL DEFAULT 0;
+  CREATE INDEX queue_by_owner ON queue(owner) WHERE parts_bytes > 0;
+  CREATE VIEW reserved AS SELECT job_id, owner, greatest(0, parts_bytes - CAST((SELECT
+    coalesce(sum(blobs.bytes), 0) FROM job_parts JOIN blobs ON blobs.name = job_parts.result
+    WHERE job_parts.job_id = queue.job_id) AS BIGINT)) AS bytes FROM queue WHERE parts_bytes > 0)"}};
 
 constexpr int64_t kVersion = std::size(kMigrations);
 

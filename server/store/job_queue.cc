@@ -2,7 +2,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "server/store/job_record.h"
 
 namespace rilievo {
 namespace {
@@ -36,17 +35,17 @@ const std::string& NextSuspect() {
 
 }  // namespace
 
-absl::Status JobQueue::Insert(const std::string& job_id, const std::string& client,
-                              int64_t memory) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_->Prepare("INSERT INTO queue(job_id, client, memory) VALUES($1, $2, $3)"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(job_id).Bind(client).Bind(memory).Post());
+absl::Status JobQueue::Insert(const StoredJob& stored) {
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_->Prepare("INSERT INTO queue(job_id, client, memory, owner,"
+                                              " parts_bytes) VALUES($1, $2, $3, $4, $5)"));
+  query.Bind(stored.job.job_id()).Bind(stored.client).Bind(stored.memory);
+  RILIEVO_RETURN_IF_ERROR(query.Bind(stored.owner).Bind(stored.parts_bytes).Post());
   // Behind those who are waiting.
   RILIEVO_ASSIGN_OR_RETURN(Query turn,
                            database_->Prepare("INSERT INTO clients VALUES($1, nextval('turns'))"
                                               " ON CONFLICT(client) DO NOTHING"));
-  return turn.Bind(client).Post();
+  return turn.Bind(stored.client).Post();
 }
 
 absl::Status JobQueue::Remove(const std::string& job_id) {

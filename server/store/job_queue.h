@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/store/database.h"
+#include "server/store/job_record.h"
 
 namespace rilievo {
 
@@ -40,7 +41,7 @@ class JobQueue {
  public:
   explicit JobQueue(Database* database) : database_(database) {}
 
-  absl::Status Insert(const std::string& job_id, const std::string& client, int64_t memory);
+  absl::Status Insert(const StoredJob& stored);
   // Finished, removed or damaged.
   absl::Status Remove(const std::string& job_id);
 

@@ -23,6 +23,7 @@ struct StoredJob {
   int64_t claim = 0;
   std::string worker = {};
   int64_t memory = 0;  // that it may need, bytes, by estimate; for those who choose what to work on
+  int64_t parts_bytes = 0;  // that the store keeps free for what comes of its parts
 };
 
 // From so many unclean ends on a job is worked on alone, and when nothing else waits: it may take

@@ -1,5 +1,6 @@
 #include "server/store/job_store.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -47,14 +48,19 @@ absl::Status JobStore::Change(JobTables* tables, const std::function<absl::Statu
 
 // Somebody may have stored the same bytes since they were seen to be unused.
 absl::Status JobStore::RemoveUnnamed(JobTables* tables, const std::vector<std::string>& names) {
-  if (names.empty()) return absl::OkStatus();
-  return tables->Alone([&]() -> absl::Status {
-    for (const std::string& name : names) {
-      RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, tables->BytesOfBlob(name));
-      if (bytes < 0) RILIEVO_RETURN_IF_ERROR(blobs_->Remove(name));
-    }
-    return absl::OkStatus();
-  });
+  // The parts of a large job are thousands; nobody changes anything while one of these goes.
+  constexpr size_t kAtOnce = 16;
+  for (size_t begin = 0; begin < names.size(); begin += kAtOnce) {
+    const absl::Status removed = tables->Alone([&]() -> absl::Status {
+      for (size_t i = begin; i < std::min(names.size(), begin + kAtOnce); ++i) {
+        RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, tables->BytesOfBlob(names[i]));
+        if (bytes < 0) RILIEVO_RETURN_IF_ERROR(blobs_->Remove(names[i]));
+      }
+      return absl::OkStatus();
+    });
+    if (!removed.ok()) return removed;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status JobStore::Write(JobTables* tables, const std::function<absl::Status()>& body) {
@@ -160,14 +166,15 @@ absl::StatusOr<StoredJob> JobStore::Insert(StoredJob stored) {
   if (known) return *std::move(known);
   RILIEVO_RETURN_IF_ERROR(BytesOfScan(tables.get(), stored.owner, stored.job.scan_id()).status());
   RILIEVO_RETURN_IF_ERROR(
-      MakeRoom(tables.get(), stored.owner, kJobRecordBytes + (mesh ? mesh->bytes() : 0), ""));
+      MakeRoom(tables.get(), stored.owner,
+               kJobRecordBytes + (mesh ? mesh->bytes() : 0) + stored.parts_bytes, ""));
   const auto insert = [&]() -> absl::Status {
     // Making room may have taken it, or another server.
     RILIEVO_ASSIGN_OR_RETURN(const bool owned, tables->HasScan(stored.owner, stored.job.scan_id()));
     if (!owned) return NoSuchScan();
     RILIEVO_RETURN_IF_ERROR(tables->Insert(stored, /*end_ms=*/0, clock_.Now()));
     if (!shared_) return absl::OkStatus();
-    return JobQueue(&tables->database()).Insert(stored.job.job_id(), stored.client, stored.memory);
+    return JobQueue(&tables->database()).Insert(stored);
   };
   const absl::Status inserted =
       mesh ? Adopt(tables.get(), *mesh, insert) : Write(tables.get(), insert);

@@ -159,8 +159,9 @@ class JobStore {
   // Drops those of another recipe, as workers of another version have left them.
   absl::Status LeadParts(const PartWorker& leader);
   absl::StatusOr<PartQueue::Turn> TakePart(const PartWorker& worker, PartStep step, int count);
-  // Stores what came of it. OK also where somebody else has it by now: it is the same.
-  // FAILED_PRECONDITION where the job is not there any more; INTERNAL as PartQueue::Finish().
+  // Stores what came of it, in the room that Insert() has kept free for the job, or what can be
+  // made (BeginUpload()): else STORE_FULL. OK also where somebody else has it by now: it is the
+  // same. FAILED_PRECONDITION where the job is not there any more; INTERNAL as PartQueue::Finish().
   absl::Status KeepPart(const PartClaim& claim, const BlobSource& bytes);
   // What came of one that is done; NOT_FOUND where that is not there any more.
   absl::StatusOr<FileDescriptor> ReadPart(const std::string& job_id, PartStep step, int part,
@@ -169,7 +170,8 @@ class JobStore {
   absl::Status DropPart(const PartWorker& worker, PartStep step, int part,
                         const std::string& sha256);
   absl::Status ReleaseParts(const std::string& job_id, const std::string& worker);
-  // Of the jobs with parts that wait for help, the first that is none of `except`.
+  // Of the jobs with parts that wait for help, the first that is none of `except`; its `worker` is
+  // NameOfHelper().
   absl::StatusOr<std::optional<StoredJob>> JobToHelp(const ClaimDemand& worker,
                                                      const std::string& recipe,
                                                      const std::set<std::string>& except);
@@ -210,6 +212,8 @@ class JobStore {
                                       const std::string& scan);
   absl::Status MakeRoom(JobTables* tables, const std::string& owner, int64_t bytes,
                         const std::string& for_upload);
+  // The same for what comes of a part, as far as it is more than what is kept free for it.
+  absl::Status MakeRoomForPart(JobTables* tables, const PartClaim& claim, int64_t bytes);
   absl::StatusOr<bool> Evict(JobTables* tables, const std::string& owner,
                              const std::string& except_upload);
   absl::StatusOr<bool> EvictForSize(JobTables* tables, const std::string& owner, int64_t bytes,

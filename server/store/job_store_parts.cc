@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {
@@ -11,11 +12,9 @@ namespace rilievo {
 absl::Status JobStore::LeadParts(const PartWorker& leader) {
   const auto tables = tables_->Take();
   return Free(tables.get(), [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const auto blobs, PartQueue(&tables->database()).DropOthers(leader));
-    for (const std::string& blob : blobs) {
-      RILIEVO_RETURN_IF_ERROR(tables->DropPart(leader.owner, blob));
-    }
-    return absl::OkStatus();
+    // Those who help make none meanwhile.
+    RILIEVO_RETURN_IF_ERROR(JobQueue(&tables->database()).Lock(leader.job_id));
+    return tables->DropPartsOfOthers(leader);
   });
 }
 
@@ -43,23 +42,44 @@ std::vector<PartClaim> JobStore::HeldBy(const std::string& worker) const {
   const std::lock_guard lock(held_mutex_);
   std::vector<PartClaim> claims;
   for (const auto& [whose, claim] : held_) {
-    if (whose.second == worker) claims.push_back(claim);
+    if (whose.second == worker || whose.second == NameOfHelper(worker)) claims.push_back(claim);
   }
   return claims;
+}
+
+absl::Status JobStore::MakeRoomForPart(JobTables* tables, const PartClaim& claim, int64_t bytes) {
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t reserved, tables->BytesReserved(claim.job_id));
+  if (bytes <= reserved) return absl::OkStatus();
+  const absl::Status made = MakeRoom(tables, claim.owner, bytes - reserved, "");
+  if (!absl::IsResourceExhausted(made)) return made;
+  return StatusOf({ErrorCause::kStoreFull,
+                   "the store has no room for what comes of the parts of the job; delete jobs and "
+                   "scans that are no longer needed, then create it again"});
 }
 
 absl::Status JobStore::KeepPart(const PartClaim& claim, const BlobSource& bytes) {
   RILIEVO_ASSIGN_OR_RETURN(const auto staged, blobs_->StageFrom(bytes));
   const auto tables = tables_->Take();
+  RILIEVO_RETURN_IF_ERROR(MakeRoomForPart(tables.get(), claim, staged->bytes()));
+  PartQueue::Finished finished;
   const absl::Status kept = Adopt(tables.get(), *staged, [&]() -> absl::Status {
     JobQueue queue(&tables->database());
     RILIEVO_RETURN_IF_ERROR(queue.Lock(claim.job_id));
-    RILIEVO_ASSIGN_OR_RETURN(const PartQueue::Kept what,
+    RILIEVO_ASSIGN_OR_RETURN(finished,
                              PartQueue(&tables->database()).Finish(claim, staged->name()));
-    if (what == PartQueue::Kept::kOthers) return absl::AbortedError("somebody else does the part");
-    if (what == PartQueue::Kept::kSame) return absl::OkStatus();
-    return tables->UsePart(claim.owner, staged->name());
+    using Kept = PartQueue::Kept;
+    if (finished.kept == Kept::kOthers) return absl::AbortedError("somebody else does the part");
+    if (finished.kept == Kept::kSame) return absl::OkStatus();
+    RILIEVO_RETURN_IF_ERROR(tables->UsePart(claim.owner, staged->name()));
+    const std::string& needless =
+        finished.kept == Kept::kDoubtful ? staged->name() : finished.wrong;
+    return needless.empty() ? absl::OkStatus() : tables->DropPart(claim.owner, needless);
   });
+  if (kept.ok() && !finished.wrong_by.empty()) {
+    Report(absl::StrCat("part ", claim.part, " of step ", static_cast<int>(claim.step), " of job ",
+                        claim.job_id, ": what ", finished.wrong_by,
+                        " has found is wrong: its memory or its processor is at fault"));
+  }
   if (kept.ok() || absl::IsAborted(kept)) Hold(claim.job_id, claim.worker, std::nullopt);
   if (!absl::IsAborted(kept)) return kept;
   RILIEVO_ASSIGN_OR_RETURN(const bool goes_on, PartQueue(&tables->database()).Waits(claim.job_id));
@@ -110,7 +130,7 @@ absl::StatusOr<std::optional<StoredJob>> JobStore::JobToHelp(const ClaimDemand& 
     RILIEVO_ASSIGN_OR_RETURN(auto stored, tables->Find(id));
     ReportDamaged(tables.get());
     if (!stored) continue;
-    stored->worker = worker.worker;
+    stored->worker = NameOfHelper(worker.worker);
     return stored;
   }
   return std::nullopt;

@@ -14,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "server/store/database.h"
 #include "server/store/job_record.h"
+#include "server/store/part_queue.h"
 #include "server/store/sqlite_database.h"
 
 namespace rilievo {
@@ -87,6 +88,8 @@ class JobTables {
   absl::Status DropPart(const std::string& owner, const std::string& blob) {
     return Drop(owner, blob);
   }
+  // Forgets all parts of a job that are by other recipes, which the worker that leads does again.
+  absl::Status DropPartsOfOthers(const PartWorker& leader);
   // Those of jobs that are not there: servers of an older version know no parts.
   absl::Status DropLostParts();
 
@@ -104,7 +107,7 @@ class JobTables {
   absl::StatusOr<std::vector<Upload>> UploadsOf(const std::string& owner);
   absl::StatusOr<std::vector<Upload>> UploadsBefore(int64_t since_ms);
 
-  // Bytes of blobs, records and announced uploads. Reads all rows.
+  // Bytes of blobs, records, announced uploads and what is kept free for parts. Reads all rows.
   absl::StatusOr<int64_t> TotalBytes();
   // Of what owners have, all that several have counted for each: at least TotalBytes() but for
   // blobs that nobody uses, as a crash leaves them.
@@ -112,6 +115,8 @@ class JobTables {
   absl::StatusOr<int64_t> BytesOf(const std::string& owner);
   // Largest first.
   absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> Owners();
+  // What is left of what is kept free for the parts of a job; of a shared database.
+  absl::StatusOr<int64_t> BytesReserved(const std::string& job_id);
 
   // The oldest scan that no unfinished job of the owner needs, and the job that was finished first.
   absl::StatusOr<std::optional<std::string>> OldestIdleScan(const std::string& owner);
@@ -138,7 +143,10 @@ class JobTables {
   // Once more, of what the owner uses already.
   absl::Status UseAgain(const std::string& owner, const std::string& blob);
   absl::Status Drop(const std::string& owner, const std::string& blob);
+  // Forgets the parts of which `where` holds, and what came of them.
+  absl::Status DropParts(const std::string& where, const std::function<void(Query*)>& bind);
   absl::Status AddBytes(const std::string& owner, int64_t bytes);
+  std::string Reserved(const std::string& where) const;
   // What an unfinished job needs.
   absl::Status UseInputs(const StoredJob& stored);
   absl::Status DropInputs(const StoredJob& stored);

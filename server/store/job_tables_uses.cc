@@ -4,7 +4,6 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "server/store/job_tables.h"
-#include "server/store/part_queue.h"
 
 namespace rilievo {
 
@@ -24,14 +23,44 @@ absl::Status JobTables::DropInputs(const StoredJob& stored) {
   RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, stored.job.scan_id()));
   if (!stored.mesh.empty()) RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, stored.mesh));
   if (!database_->shared()) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const auto blobs, PartQueue(database_.get()).Drop(stored.job.job_id()));
-  for (const std::string& blob : blobs) RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, blob));
-  return absl::OkStatus();
+  return DropParts("job_id = $1", [&](Query* query) { query->Bind(stored.job.job_id()); });
+}
+
+absl::Status JobTables::DropPartsOfOthers(const PartWorker& leader) {
+  return DropParts(
+      "job_id = $1 AND recipe <> $2 AND EXISTS(SELECT 1 FROM queue WHERE queue.job_id = $1 AND"
+      " queue.claim = $3 AND queue.worker = $4)",
+      [&](Query* query) {
+        query->Bind(leader.job_id).Bind(leader.recipe).Bind(leader.claim).Bind(leader.worker);
+      });
 }
 
 absl::Status JobTables::DropLostParts() {
-  RILIEVO_ASSIGN_OR_RETURN(const auto lost, PartQueue(database_.get()).DropLost());
-  for (const auto& [owner, blob] : lost) RILIEVO_RETURN_IF_ERROR(Drop(owner, blob));
+  return DropParts("NOT EXISTS(SELECT 1 FROM queue WHERE queue.job_id = job_parts.job_id)",
+                   [](Query*) {});
+}
+
+// In one statement, which sees the tables as they were before it: there are thousands of parts.
+absl::Status JobTables::DropParts(const std::string& where,
+                                  const std::function<void(Query*)>& bind) {
+  const std::string sql = absl::StrCat("WITH gone AS (DELETE FROM job_parts WHERE ", where, R"(
+        RETURNING owner, result),
+      needs AS (SELECT result AS blob, owner, COUNT(*) AS count FROM gone WHERE result <> ''
+        GROUP BY result, owner),
+      fewer AS (UPDATE uses SET count = uses.count - needs.count FROM needs
+        WHERE uses.blob = needs.blob AND uses.owner = needs.owner AND uses.count > needs.count),
+      last AS (DELETE FROM uses USING needs
+        WHERE uses.blob = needs.blob AND uses.owner = needs.owner AND uses.count <= needs.count
+        RETURNING uses.blob, uses.owner),
+      less AS (UPDATE owners SET bytes = owners.bytes - takes.bytes FROM (
+          SELECT last.owner, CAST(SUM(blobs.bytes) AS BIGINT) AS bytes
+          FROM last JOIN blobs ON name = blob GROUP BY last.owner) AS takes
+        WHERE owners.owner = takes.owner)
+      DELETE FROM blobs WHERE name IN (SELECT blob FROM last) AND NOT EXISTS(SELECT 1 FROM uses
+        WHERE uses.blob = name AND NOT EXISTS(SELECT 1 FROM last
+          WHERE last.blob = uses.blob AND last.owner = uses.owner)) RETURNING name)");
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<std::string> gone, Names(sql, bind));
+  gone_.insert(gone_.end(), gone.begin(), gone.end());
   return absl::OkStatus();
 }
 
@@ -188,27 +217,46 @@ absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsBefore(int64_t 
   }
 }
 
+// What is kept free for parts, as a term of SQL; `where`: of the jobs of which that holds.
+std::string JobTables::Reserved(const std::string& where) const {
+  if (!database_->shared()) return "0";
+  return absl::StrCat("(SELECT COALESCE(SUM(reserved.bytes), 0) FROM reserved",
+                      where.empty() ? "" : " WHERE reserved.", where, ")");
+}
+
+absl::StatusOr<int64_t> JobTables::BytesReserved(const std::string& job_id) {
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_->Prepare("SELECT bytes FROM reserved WHERE job_id = $1"));
+  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(job_id).Step());
+  return found ? query.Integer(0) : 0;
+}
+
 absl::StatusOr<int64_t> JobTables::TotalBytes() {
   return database_->Number(absl::StrCat(
       "SELECT CAST((SELECT COALESCE(SUM(bytes), 0) FROM blobs) +"
-      " (SELECT COALESCE(SUM(bytes), 0) FROM uploads) + (SELECT COUNT(*) FROM jobs) * ",
-      kJobRecordBytes, " AS BIGINT)"));
+      " (SELECT COALESCE(SUM(bytes), 0) FROM uploads) + ",
+      Reserved(""), " + (SELECT COUNT(*) FROM jobs) * ", kJobRecordBytes, " AS BIGINT)"));
 }
 
 absl::StatusOr<int64_t> JobTables::BytesOfAll() {
-  return database_->Number("SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) FROM owners");
+  return database_->Number(absl::StrCat(
+      "SELECT CAST((SELECT COALESCE(SUM(bytes), 0) FROM owners) + ", Reserved(""), " AS BIGINT)"));
 }
 
 absl::StatusOr<int64_t> JobTables::BytesOf(const std::string& owner) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_->Prepare("SELECT bytes FROM owners WHERE owner = $1"));
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare(absl::StrCat("SELECT CAST(bytes + ", Reserved("owner = owners.owner"),
+                                      " AS BIGINT) FROM owners WHERE owner = $1")));
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(owner).Step());
   return found ? query.Integer(0) : 0;
 }
 
 absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> JobTables::Owners() {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("SELECT owner, bytes FROM owners ORDER BY bytes DESC"));
+      Query query, database_->Prepare(
+                       absl::StrCat("SELECT owner, CAST(bytes + ", Reserved("owner = owners.owner"),
+                                    " AS BIGINT) AS takes FROM owners ORDER BY takes DESC")));
   std::vector<std::pair<std::string, int64_t>> owners;
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());

@@ -1,5 +1,7 @@
 #include "server/store/part_queue.h"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "server/store/job_queue.h"
@@ -10,8 +12,8 @@ namespace {
 // Of a part, by those who help: it may be what ends them.
 constexpr int kMostTries = 3;
 
-// Parts that nobody has, and that are to be done, for the first or the second time.
-constexpr char kOpen[] = "worker = '' AND (result = '' OR twice = 1)";
+// Parts that nobody has, and that are to be done, for the first time or once more.
+constexpr char kOpen[] = "worker = '' AND (result = '' OR twice > 0)";
 
 int64_t NumberOf(PartStep step) { return static_cast<int64_t>(step); }
 
@@ -23,6 +25,8 @@ int64_t FirstChecked(const std::string& job_id, int64_t checked_share) {
 }
 
 }  // namespace
+
+std::string NameOfHelper(const std::string& worker) { return absl::StrCat(worker, "/help"); }
 
 absl::StatusOr<bool> PartQueue::IsInForce(const PartWorker& worker) {
   // Neither finished nor taken by another leader before this transaction ends.
@@ -50,6 +54,7 @@ absl::StatusOr<int> PartQueue::Make(const PartWorker& worker, PartStep step, int
   RILIEVO_RETURN_IF_ERROR(query.Run());
   if (!is_ours) return absl::FailedPreconditionError("its parts are by another version");
   if (found > 0) return found;
+  RILIEVO_RETURN_IF_ERROR(CheckRecipe(worker));
   RILIEVO_ASSIGN_OR_RETURN(
       Query insert,
       database_->Prepare(
@@ -62,6 +67,17 @@ absl::StatusOr<int> PartQueue::Make(const PartWorker& worker, PartStep step, int
   return count;
 }
 
+// A worker of another version may lead since, and have dropped what is by the recipe of this one.
+absl::Status PartQueue::CheckRecipe(const PartWorker& worker) {
+  if (worker.claim != 0) return absl::OkStatus();
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare(
+                       "SELECT 1 FROM job_parts WHERE job_id = $1 AND step = $2 AND recipe = $3"));
+  query.Bind(worker.job_id).Bind(NumberOf(PartStep::kCoarse)).Bind(worker.recipe);
+  RILIEVO_ASSIGN_OR_RETURN(const bool is_led, query.Step());
+  return is_led ? query.Run() : absl::FailedPreconditionError("nobody leads by this version");
+}
+
 absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartStep step, int count,
                                                 int64_t checked_share) {
   static const std::string sql = absl::StrCat(
@@ -69,7 +85,7 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
       " WHERE job_id = $1 AND step = $2 AND part = (SELECT part FROM job_parts WHERE job_id = $1"
       " AND step = $2 AND ",
       kOpen, " AND ($4 <> 0 OR claim < ", kMostTries,
-      ") ORDER BY result <> '', found_by = $3, part LIMIT 1 FOR UPDATE SKIP LOCKED)"
+      ") ORDER BY result <> '', $3 IN (found_by, other_by), part LIMIT 1 FOR UPDATE SKIP LOCKED)"
       " RETURNING part, claim");
   Turn turn;
   const absl::Status taken = database_->TransactUnflushed([&]() -> absl::Status {
@@ -83,7 +99,15 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
     RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
     query.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.worker).Bind(worker.claim);
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return turn.done == count ? absl::OkStatus() : CheckLed(worker);
+    if (!row) {
+      if (turn.done == count) {
+        RILIEVO_ASSIGN_OR_RETURN(turn.was_wrong, WasWrong(worker, step));
+        return absl::OkStatus();
+      }
+      if (worker.claim != 0) return absl::OkStatus();
+      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, JobWaits(worker));
+      return CheckLed(worker);
+    }
     turn.claim = {.job_id = worker.job_id,
                   .owner = worker.owner,
                   .step = step,
@@ -96,43 +120,80 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
   return turn;
 }
 
+absl::StatusOr<bool> PartQueue::JobWaits(const PartWorker& worker) {
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_->Prepare("SELECT 1 FROM queue WHERE worker = '' AND suspect ="
+                                              " 0 AND memory <= $1 LIMIT 1"));
+  return query.Bind(worker.memory).Step();
+}
+
+absl::StatusOr<bool> PartQueue::WasWrong(const PartWorker& worker, PartStep step) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("UPDATE job_parts SET other_by = '' WHERE job_id = $1 AND step"
+                         " = $2 AND other_by = $3"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.worker).Run());
+  return database_->Changes() > 0;
+}
+
 absl::Status PartQueue::CheckLed(const PartWorker& worker) {
-  if (worker.claim != 0) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 AND worker <> ''"));
   RILIEVO_ASSIGN_OR_RETURN(const bool led, query.Bind(worker.job_id).Step());
   return led ? query.Run() : absl::FailedPreconditionError("the job waits for a leader");
 }
 
-absl::StatusOr<PartQueue::Kept> PartQueue::Finish(const PartClaim& claim,
-                                                  const std::string& result) {
-  std::string known, found_by;
+absl::StatusOr<PartQueue::Finished> PartQueue::Finish(const PartClaim& claim,
+                                                      const std::string& result) {
+  std::string known, found_by, other, other_by;
+  int64_t twice = 0;
   {
     RILIEVO_ASSIGN_OR_RETURN(
-        Query query, database_->Prepare("SELECT result, found_by FROM job_parts WHERE job_id = $1"
-                                        " AND step = $2 AND part = $3 AND claim = $4 AND worker ="
-                                        " $5 FOR UPDATE"));
+        Query query,
+        database_->Prepare("SELECT result, found_by, other, other_by, twice FROM job_parts WHERE"
+                           " job_id = $1 AND step = $2 AND part = $3 AND claim = $4 AND worker = $5"
+                           " FOR UPDATE"));
     query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part).Bind(claim.number);
     RILIEVO_ASSIGN_OR_RETURN(const bool in_force, query.Bind(claim.worker).Step());
-    if (!in_force) return Kept::kOthers;
+    if (!in_force) return Finished{Kept::kOthers};
     known = query.Bytes(0);
     found_by = query.Bytes(1);
+    other = query.Bytes(2);
+    other_by = query.Bytes(3);
+    twice = query.Integer(4);
     RILIEVO_RETURN_IF_ERROR(query.Run());
   }
-  if (!known.empty() && known != result) {
-    return absl::InternalError(
-        absl::StrCat("part ", claim.part, " of step ", NumberOf(claim.step), " is ", known, " as ",
-                     found_by, " has done it, and ", result, " as ", claim.worker,
-                     " has: the memory or the processor of one of them is at fault"));
+  Finished finished;
+  if (known.empty()) {
+    known = result;
+    found_by = claim.worker;
+  } else if (known == result) {
+    finished = {Kept::kSame, other_by};
+    twice = 0;
+  } else if (other.empty()) {
+    finished.kept = Kept::kDoubtful;
+    other = result;
+    other_by = claim.worker;
+    twice = 2;
+  } else if (other == result) {
+    finished = {Kept::kCorrected, found_by, known};
+    known = result;
+    other_by = std::exchange(found_by, claim.worker);
+    twice = 0;
+  } else {
+    return absl::InternalError(absl::StrCat(
+        "part ", claim.part, " of step ", NumberOf(claim.step), " is ", known, " as ", found_by,
+        " has done it, ", other, " as ", other_by, " has, and ", result, " as ", claim.worker,
+        " has: the memory or the processor of two of them is at fault"));
   }
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_->Prepare("UPDATE job_parts SET worker = '', lease_until = NULL, result = $4,"
-                         " found_by = $5, twice = CASE WHEN result = '' THEN twice ELSE 0 END"
-                         " WHERE job_id = $1 AND step = $2 AND part = $3"));
-  query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part).Bind(result);
-  RILIEVO_RETURN_IF_ERROR(query.Bind(claim.worker).Run());
-  return known.empty() ? Kept::kFirst : Kept::kSame;
+      Query query, database_->Prepare("UPDATE job_parts SET worker = '', lease_until = NULL, result"
+                                      " = $4, found_by = $5, other = $6, other_by = $7, twice = $8"
+                                      " WHERE job_id = $1 AND step = $2 AND part = $3"));
+  query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part);
+  query.Bind(known).Bind(found_by).Bind(other).Bind(other_by).Bind(twice);
+  RILIEVO_RETURN_IF_ERROR(query.Run());
+  return finished;
 }
 
 absl::StatusOr<std::string> PartQueue::Result(const std::string& job_id, PartStep step, int part) {
@@ -205,47 +266,6 @@ absl::StatusOr<bool> PartQueue::Waits(const std::string& job_id) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
                            database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1"));
   return query.Bind(job_id).Step();
-}
-
-absl::StatusOr<std::vector<std::string>> PartQueue::BlobsOf(Query* query) {
-  std::vector<std::string> blobs;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query->Step());
-    if (!row) return blobs;
-    if (std::string blob = query->Bytes(0); !blob.empty()) blobs.push_back(std::move(blob));
-  }
-}
-
-absl::StatusOr<std::vector<std::string>> PartQueue::Drop(const std::string& job_id) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("DELETE FROM job_parts WHERE job_id = $1 RETURNING result"));
-  query.Bind(job_id);
-  return BlobsOf(&query);
-}
-
-absl::StatusOr<std::vector<std::string>> PartQueue::DropOthers(const PartWorker& leader) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_->Prepare("DELETE FROM job_parts WHERE job_id = $1 AND recipe <> $2 AND"
-                         " EXISTS(SELECT 1 FROM queue WHERE queue.job_id = $1 AND queue.claim = $3"
-                         " AND queue.worker = $4) RETURNING result"));
-  query.Bind(leader.job_id).Bind(leader.recipe).Bind(leader.claim).Bind(leader.worker);
-  return BlobsOf(&query);
-}
-
-absl::StatusOr<std::vector<std::pair<std::string, std::string>>> PartQueue::DropLost() {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_->Prepare("DELETE FROM job_parts WHERE NOT EXISTS(SELECT 1 FROM queue WHERE"
-                         " queue.job_id = job_parts.job_id) RETURNING owner, result"));
-  std::vector<std::pair<std::string, std::string>> blobs;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return blobs;
-    if (std::string blob = query.Bytes(1); !blob.empty()) {
-      blobs.emplace_back(query.Bytes(0), std::move(blob));
-    }
-  }
 }
 
 }  // namespace rilievo

@@ -19,10 +19,15 @@ namespace rilievo {
 struct PartWorker {
   std::string job_id, owner;
   std::string worker;
-  int64_t claim = 0;  // of the job; 0: helps
+  int64_t claim = 0;   // of the job; 0: helps
+  int64_t memory = 0;  // that its jobs may need together, bytes
   // What parts depend on besides the job: version and limits of the worker.
   std::string recipe = {};
 };
+
+// Of a worker where it helps. Leases and claims of a job that it comes to lead meanwhile are
+// others.
+std::string NameOfHelper(const std::string& worker);
 
 // A part that a worker has taken. What it writes with an older number is refused.
 struct PartClaim {
@@ -41,6 +46,10 @@ class PartQueue {
   struct Turn {
     std::optional<PartClaim> claim;  // unset: others do what is left, or nothing is
     int done = 0;
+    // Of one who helps and has nothing to do: it keeps its place from a job that it could work on.
+    bool job_waits = false;
+    // Once all are done, and only once: what this worker has found of the step was wrong.
+    bool was_wrong = false;
   };
   // The next of the step's `count` parts, in a transaction of its own. One part in `checked_share`
   // of a step that has several is done twice, by another worker where there is one. Those who help
@@ -52,12 +61,19 @@ class PartQueue {
                             int64_t checked_share);
 
   enum class Kept {
-    kFirst,   // `result` is what is kept of it
-    kSame,    // it was there, and is the same
-    kOthers,  // the claim is no longer in force: somebody else does it
+    kFirst,      // `result` is what is kept of it
+    kSame,       // it was there, and is the same
+    kDoubtful,   // something else was there: it is to be done a third time
+    kCorrected,  // it was done twice with different results; `result` is kept from now on
+    kOthers,     // the claim is no longer in force: somebody else does it
   };
-  // Within a transaction. INTERNAL when the part was done before, and something else came of it.
-  absl::StatusOr<Kept> Finish(const PartClaim& claim, const std::string& result);
+  struct Finished {
+    Kept kept = Kept::kFirst;
+    std::string wrong_by = {};  // where two of three results are the same: whose is not
+    std::string wrong = {};     // and the blob, where it is corrected
+  };
+  // Within a transaction. INTERNAL when three different results came of the part.
+  absl::StatusOr<Finished> Finish(const PartClaim& claim, const std::string& result);
 
   // The blob of a part that is done; empty when there is none.
   absl::StatusOr<std::string> Result(const std::string& job_id, PartStep step, int part);
@@ -80,18 +96,13 @@ class PartQueue {
   // Whether the job is not finished.
   absl::StatusOr<bool> Waits(const std::string& job_id);
 
-  // Within a transaction: the blobs of a job's parts, which are forgotten.
-  absl::StatusOr<std::vector<std::string>> Drop(const std::string& job_id);
-  // The same of its parts by other recipes, which the worker that leads does again.
-  absl::StatusOr<std::vector<std::string>> DropOthers(const PartWorker& leader);
-  // The same of jobs that are not there, as servers of an older version leave them: owner and blob.
-  absl::StatusOr<std::vector<std::pair<std::string, std::string>>> DropLost();
-
  private:
   absl::StatusOr<bool> IsInForce(const PartWorker& worker);
-  // Or those who help would wait for each other, and keep their places from the job.
+  absl::Status CheckRecipe(const PartWorker& worker);
+  // Of one who helps: or they would wait for each other, and keep their places from the job.
   absl::Status CheckLed(const PartWorker& worker);
-  static absl::StatusOr<std::vector<std::string>> BlobsOf(Query* query);
+  absl::StatusOr<bool> JobWaits(const PartWorker& worker);
+  absl::StatusOr<bool> WasWrong(const PartWorker& worker, PartStep step);
   // How many parts the step has, after they were made where there were none.
   absl::StatusOr<int> Make(const PartWorker& worker, PartStep step, int count,
                            int64_t checked_share, int* done);

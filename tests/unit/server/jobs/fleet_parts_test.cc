@@ -1,4 +1,5 @@
 // Several servers that do the parts of one large job.
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -14,16 +15,14 @@
 namespace rilievo {
 namespace {
 
-// Of a step of four parts, whose bytes are their numbers. Each is work of the test's; the surface
-// is what came of all.
-absl::StatusOr<JobResult> DoParts(FakeJobWork* work, const JobRequest& job, ScanBytes /*points*/,
-                                  const RunContext& context) {
-  SharedParts* const shared = job.parts->shared.get();
-  constexpr PartStep kStep = PartStep::kHeights;
-  constexpr int kParts = 4;
+constexpr PartStep kStep = PartStep::kHeights;
+constexpr int kParts = 4;
+
+// Of a step of four parts, whose bytes are their numbers. Each is work of the test's.
+absl::Status MakeParts(FakeJobWork* work, SharedParts* shared, const RunContext& context) {
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, shared->Next(kStep, kParts));
-    if (!turn.part) break;
+    if (!turn.part) return absl::OkStatus();
     RILIEVO_ASSIGN_OR_RETURN(JobResult result, work->Run(context));
     std::vector<uint8_t> bytes = {static_cast<uint8_t>('0' + *turn.part)};
     RILIEVO_RETURN_IF_ERROR(shared->Keep(
@@ -32,6 +31,10 @@ absl::StatusOr<JobResult> DoParts(FakeJobWork* work, const JobRequest& job, Scan
           return bytes;
         }));
   }
+}
+
+// What came of all.
+absl::StatusOr<JobResult> SurfaceOf(SharedParts* shared) {
   JobResult result;
   if (!shared->leads()) return result;
   std::vector<uint8_t>& surface = result.encoded.chunks.emplace_back();
@@ -42,6 +45,13 @@ absl::StatusOr<JobResult> DoParts(FakeJobWork* work, const JobRequest& job, Scan
     }));
   }
   return result;
+}
+
+absl::StatusOr<JobResult> DoParts(FakeJobWork* work, const JobRequest& job, ScanBytes /*points*/,
+                                  const RunContext& context) {
+  SharedParts* const shared = job.parts->shared.get();
+  RILIEVO_RETURN_IF_ERROR(MakeParts(work, shared, context));
+  return SurfaceOf(shared);
 }
 
 class FleetPartsTest : public FleetTest {
@@ -125,6 +135,29 @@ TEST_F(FleetPartsTest, ACancelStopsThoseWhoHelp) {
   for (const char* next : {"a", "b"}) Created(leader.get(), next);
   EXPECT_TRUE(leader->work.WaitForBegun(2));
   EXPECT_TRUE(helper->work.WaitForBegun(2));
+}
+
+TEST_F(FleetPartsTest, APartThatIsLostIsDoneAgainAndTheScanStays) {
+  PostgresDatabase database(url_);
+  std::atomic<int> attempts = 0;
+  do_parts_ = [&](FakeJobWork* work, const JobRequest& job, ScanBytes,
+                  const RunContext& context) -> absl::StatusOr<JobResult> {
+    SharedParts* const shared = job.parts->shared.get();
+    RILIEVO_RETURN_IF_ERROR(MakeParts(work, shared, context));
+    if (++attempts == 1) {
+      EXPECT_TRUE(database
+                      .Execute("DELETE FROM parts WHERE name = (SELECT result FROM job_parts WHERE"
+                               " part = 2)")
+                      .ok());
+    }
+    return SurfaceOf(shared);
+  };
+  const auto worker = Join(/*serve_only=*/false);
+  const std::string id = Created(worker.get(), "large", Many());
+  const v1::Job done = WaitForState(worker.get(), id, v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(absl::BytesToHexString(done.surface().sha256()), ContentNameOf("0123"));
+  EXPECT_EQ(attempts, 2);
+  EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM scans"), 1);
 }
 
 // Whoever works at a moment is killed, twice.

@@ -1,6 +1,7 @@
 // The parts of a large job, which several workers of a store do.
 #include <thread>
 
+#include "server/conversion/call_error.h"
 #include "server/store/content_name.h"
 #include "tests/unit/server/store/job_store_fixture.h"
 
@@ -23,11 +24,12 @@ class SharedPartsTest : public StoreFixture {
     // Its sum is 96 = 0 modulo 4: part 0 is done twice, and part 4.
     ASSERT_TRUE(store_->Insert(NewJob("`", "ann")).ok());
     job_ = **store_->Claim({.worker = "leader", .memory = 1'000});
+    ASSERT_TRUE(Keep(*store_->TakePart(Leader(), PartStep::kCoarse, 1)->claim, "coarse").ok());
   }
 
-  PartWorker Leader() const { return {"`", "ann", "leader", job_.claim, "1"}; }
+  PartWorker Leader() const { return {"`", "ann", "leader", job_.claim, 1'000, "1"}; }
   static PartWorker Helper(const std::string& name = "helper") {
-    return {"`", "ann", name, 0, "1"};
+    return {"`", "ann", name, 0, 1'000, "1"};
   }
 
   std::optional<PartClaim> Take(const PartWorker& worker, int count = 3) {
@@ -46,9 +48,9 @@ class SharedPartsTest : public StoreFixture {
         claim, [&]() -> absl::StatusOr<std::string_view> { return std::exchange(left, {}); });
   }
 
-  std::string Bytes(int part) {
+  std::string Bytes(int part, PartStep step = kStep) {
     std::string name, bytes;
-    const auto file = store_->ReadPart("`", kStep, part, &name);
+    const auto file = store_->ReadPart("`", step, part, &name);
     if (!file.ok()) return std::string(file.status().message());
     bytes.resize(static_cast<size_t>(*file->Size()));
     EXPECT_TRUE(file->ReadAt(0, bytes.data(), bytes.size()).ok());
@@ -61,7 +63,7 @@ class SharedPartsTest : public StoreFixture {
     const auto job = store_->JobToHelp({.worker = worker, .memory = memory}, recipe, except);
     EXPECT_TRUE(job.ok()) << job.status();
     if (!job.ok() || !*job) return {};
-    EXPECT_EQ((*job)->worker, worker);
+    EXPECT_EQ((*job)->worker, NameOfHelper(worker));
     return {(*job)->job.job_id()};
   }
 
@@ -90,14 +92,45 @@ TEST_F(SharedPartsTest, ASampleIsDoneTwiceByAnotherWorkerAndCompared) {
   const auto again = Take(Helper());
   ASSERT_TRUE(again);
   EXPECT_EQ(again->part, 0);
-  const absl::Status wrong = Keep(*again, "wrong");
-  EXPECT_TRUE(absl::IsInternal(wrong));
-  EXPECT_THAT(std::string(wrong.message()), testing::HasSubstr("helper"));
-  EXPECT_EQ(store_->TakePart(Helper(), kStep, 3)->done, 2);
   ASSERT_TRUE(Keep(*again, "right").ok());
   const auto all = store_->TakePart(Helper(), kStep, 3);
   EXPECT_EQ(all->done, 3);
   EXPECT_FALSE(all->claim);
+  EXPECT_THAT(reports_, IsEmpty());
+}
+
+// Of two that differ; the first time the second one was right.
+TEST_F(SharedPartsTest, AThirdResultDecides) {
+  for (const bool second_is_right : {true, false}) {
+    const PartStep step = second_is_right ? PartStep::kFit : PartStep::kSurfels;
+    const auto take = [&](const PartWorker& worker) { return *store_->TakePart(worker, step, 2); };
+    reports_.clear();
+    ASSERT_TRUE(Keep(*take(Leader()).claim, second_is_right ? "wrong" : "right").ok());
+    ASSERT_TRUE(Keep(*take(Leader()).claim, "1").ok());
+    const auto again = take(Helper()).claim;
+    ASSERT_EQ(again->part, 0);
+    ASSERT_TRUE(Keep(*again, second_is_right ? "right" : "wrong").ok());
+    const PartQueue::Turn third = take(Helper("third"));
+    EXPECT_EQ(third.done, 1) << "it is in doubt";
+    ASSERT_TRUE(Keep(*third.claim, "right").ok());
+    EXPECT_EQ(Bytes(0, step), "right");
+    const std::string wrong = second_is_right ? "leader" : "helper";
+    ASSERT_EQ(reports_.size(), 1u);
+    EXPECT_THAT(reports_[0], testing::HasSubstr(wrong + " has found is wrong"));
+    EXPECT_EQ(take(Leader()).was_wrong, second_is_right) << "what it has taken of it is wrong";
+    EXPECT_EQ(take(Helper()).was_wrong, !second_is_right);
+    EXPECT_EQ(take(Leader()).done, 2);
+    EXPECT_FALSE(take(Leader()).was_wrong) << "it may begin anew";
+  }
+  EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("wrong")).ok());
+  const auto take = [&](const PartWorker& worker) {
+    return *store_->TakePart(worker, PartStep::kHeights, 2)->claim;
+  };
+  ASSERT_TRUE(Keep(take(Leader()), "a").ok());
+  ASSERT_TRUE(Keep(take(Leader()), "1").ok());
+  ASSERT_TRUE(Keep(take(Helper()), "b").ok());
+  EXPECT_TRUE(absl::IsInternal(Keep(take(Helper("third")), "c")));
+  Counts();
 }
 
 TEST_F(SharedPartsTest, ALateResultChangesNothing) {
@@ -114,7 +147,7 @@ TEST_F(SharedPartsTest, ALateResultChangesNothing) {
   ASSERT_TRUE(Keep(*now, "00").ok());
   EXPECT_EQ(Bytes(0), "00");
   EXPECT_TRUE(absl::IsFailedPrecondition(
-      store_->TakePart({"`", "ann", "leader", job_.claim + 1, "1"}, kStep, 3).status()));
+      store_->TakePart({"`", "ann", "leader", job_.claim + 1, 1'000, "1"}, kStep, 3).status()));
 }
 
 TEST_F(SharedPartsTest, APartThatEndsThreeWorkersIsLeftToTheLeader) {
@@ -130,6 +163,20 @@ TEST_F(SharedPartsTest, APartThatEndsThreeWorkersIsLeftToTheLeader) {
       << "nobody is there to do it";
   ASSERT_TRUE(database_->Execute("UPDATE queue SET worker = 'leader'").ok());
   EXPECT_EQ(TakenPart(Leader()), 0);
+}
+
+TEST_F(SharedPartsTest, WhoHelpsIsToldThatAJobWaitsForItsPlace) {
+  for (int part = 0; part < 3; ++part) EXPECT_EQ(TakenPart(Leader()), part);
+  EXPECT_FALSE(store_->TakePart(Helper(), kStep, 3)->job_waits);
+  StoredJob next = NewJob("next");
+  next.memory = 1'001;
+  ASSERT_TRUE(store_->Insert(next).ok());
+  EXPECT_FALSE(store_->TakePart(Helper(), kStep, 3)->job_waits) << "it has not the memory";
+  ASSERT_TRUE(database_->Execute("UPDATE queue SET memory = 1000").ok());
+  EXPECT_TRUE(store_->TakePart(Helper(), kStep, 3)->job_waits);
+  EXPECT_FALSE(store_->TakePart(Leader(), kStep, 3)->job_waits);
+  ASSERT_TRUE(store_->ReleaseParts("`", "leader").ok());
+  EXPECT_FALSE(store_->TakePart(Helper(), kStep, 3)->job_waits) << "it has something to do";
 }
 
 TEST_F(SharedPartsTest, NobodyHelpsToPutThemTogether) {
@@ -171,6 +218,34 @@ TEST_F(SharedPartsTest, TheyGoWithTheJobHoweverItEnds) {
   Counts();
 }
 
+// Ann's job keeps 40 bytes free, and Bob has a scan that nobody needs.
+TEST_F(SharedPartsTest, TheStoreKeepsRoomForThem) {
+  const int64_t before = *Tables().TotalBytes();
+  const std::string of_bob = Scan(2, "bob");
+  StoredJob large = NewJob("large", "ann");
+  large.parts_bytes = 40;
+  ASSERT_TRUE(store_->Insert(large).ok());
+  const int64_t all = before + 10 + kJobRecordBytes + 40;
+  EXPECT_EQ(*Tables().TotalBytes(), all);
+  Reopen({.bytes = all});
+  job_ = **store_->Claim({.worker = "leader", .memory = 1'000});
+  ASSERT_EQ(job_.job.job_id(), "large");
+  const PartWorker leader = {"large", "ann", "leader", job_.claim, 1'000, "1"};
+  ASSERT_TRUE(Keep(*Take(leader), std::string(30, 'a')).ok());
+  EXPECT_EQ(*Tables().TotalBytes(), all);
+  EXPECT_EQ(*Tables().BytesOf("ann"), all - 10);
+  const StoredJob other = NewJob("other", "carl");
+  EXPECT_TRUE(absl::IsResourceExhausted(store_->Insert(other).status())) << "it is kept free";
+  const auto second = Take(leader), third = Take(leader);
+  ASSERT_TRUE(Keep(*second, std::string(10, 'b')).ok());
+  const absl::Status full = Keep(*third, std::string(20, 'c'));
+  EXPECT_EQ(StatedError(full)->reason, ErrorCause::kStoreFull);
+  EXPECT_TRUE(store_->BytesOfScan("bob", of_bob).ok()) << "who takes less loses nothing";
+  job_.job.set_state(v1::JOB_STATE_CANCELLED);
+  ASSERT_TRUE(store_->Update(job_).ok());
+  EXPECT_EQ(*Tables().TotalBytes(), all - 40) << "its record stays";
+}
+
 TEST_F(SharedPartsTest, ThoseOfAnotherVersionAreNotMixedIn) {
   ASSERT_TRUE(Keep(*Take(Leader()), "00").ok());
   EXPECT_THAT(ToHelp("helper", 1'000, {}, /*recipe=*/"2"), IsEmpty());
@@ -182,6 +257,8 @@ TEST_F(SharedPartsTest, ThoseOfAnotherVersionAreNotMixedIn) {
   EXPECT_EQ(Bytes(0), "00") << "it has no such claim";
   --newer.claim;
   ASSERT_TRUE(store_->LeadParts(newer).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(Helper(), kStep, 3).status()))
+      << "it does not begin anew by its own recipe";
   EXPECT_EQ(Take(newer, /*count=*/5)->part, 0);
   EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(Helper(), kStep, 3).status()));
   EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("00")).ok());
@@ -198,19 +275,20 @@ TEST_F(SharedPartsTest, ThoseOfAJobThatIsGoneAreSweptUp) {
 }
 
 TEST_F(SharedPartsTest, LeasesRunOutUnlessTheyAreRenewed) {
-  ASSERT_TRUE(Take(Leader()));
-  ASSERT_TRUE(Take(Helper("lost")));
+  ASSERT_TRUE(Take(Leader(), 4));
+  ASSERT_TRUE(Take(Helper(NameOfHelper("leader")), 4));
+  ASSERT_TRUE(Take(Helper("lost"), 4));
   // What a worker took without hearing of it, as when its connection broke.
   ASSERT_TRUE(
-      database_->Execute("UPDATE job_parts SET worker = 'leader', claim = 1 WHERE part = 2").ok());
+      database_->Execute("UPDATE job_parts SET worker = 'leader', claim = 1 WHERE part = 3").ok());
   ASSERT_TRUE(
       database_->Execute("UPDATE job_parts SET lease_until = now() - interval '1 second'").ok());
   const char* const kYoung =
       "SELECT CAST(pg_postmaster_start_time() >= now() - interval '15 seconds' AS INTEGER)";
   while (*database_->Number(kYoung) != 0) std::this_thread::sleep_for(std::chrono::seconds(1));
   ASSERT_TRUE(store_->Renew({.worker = "leader", .memory = 1'000}).ok());
-  EXPECT_EQ(TakenPart(Helper()), 1) << "the leader's goes on";
-  EXPECT_EQ(TakenPart(Helper()), 2) << "it holds but one";
+  EXPECT_EQ(Take(Helper(), 4)->part, 2) << "the leader's go on, and where it helps";
+  EXPECT_EQ(Take(Helper(), 4)->part, 3) << "it holds but one of each";
 }
 
 }  // namespace

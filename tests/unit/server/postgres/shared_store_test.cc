@@ -347,14 +347,16 @@ TEST_F(SharedStoreTest, ADamagedRowLeavesTheQueue) {
 
 // As when the first server of this version comes to those of the version before, which go on.
 TEST_F(SharedStoreTest, TablesOfTheVersionBeforeAreBroughtUpToDateUnderItsServers) {
-  ASSERT_TRUE(
-      database_->Execute("DROP TABLE job_parts; DELETE FROM rilievo_schema WHERE version = 3")
-          .ok());
   Of("c", "a");
   const StoredJob mine = **store_->Claim(Worker("before"));
+  ASSERT_TRUE(database_
+                  ->Execute("DROP VIEW reserved; ALTER TABLE queue DROP owner, DROP parts_bytes;"
+                            " ALTER TABLE job_parts DROP other, DROP other_by;"
+                            " DELETE FROM rilievo_schema WHERE version = 4")
+                  .ok());
   const auto upgraded = OpenOne();
   ASSERT_TRUE(upgraded.ok()) << upgraded.status();
-  EXPECT_EQ(*database_->Number("SELECT COUNT(*) FROM job_parts"), 0);
+  EXPECT_EQ(*database_->Number("SELECT COUNT(*) FROM reserved"), 0);
   EXPECT_EQ((*upgraded)->Get("", "a")->job.job_id(), "a");
   Of("c", "b");
   ASSERT_TRUE(store_->Finish(Finished(mine), {{1}}).ok());
