@@ -16,6 +16,9 @@ namespace {
 constexpr double kValenceWeight = 0.1;
 // Of a flat corner, in squared valences.
 constexpr double kFlatCorner = 4;
+// What a pair comes earlier by when one of the two has no other partner left; costs are about
+// kValenceWeight kMostChange.
+constexpr float kLastPartner = 50;
 // Steps across a smooth edge that crossing a crease, and ending at the boundary, are worth.
 constexpr double kCreaseSteps = 8, kBoundarySteps = 4;
 
@@ -47,36 +50,75 @@ std::optional<float> PairCost(const PolygonSet& polygons, const Side& side) {
   return static_cast<float>(1 - squareness + kValenceWeight * (kMostChange + change));
 }
 
-void PairGreedily(PolygonSet* polygons) {
-  std::vector<Side> sides;
-  KeyHeap heap;
-  for (int p = 0; p < polygons->size(); ++p) {
-    for (int i = 0; i < 3; ++i) {
-      const Side side = {(*polygons)[p].At(i), (*polygons)[p].At(i + 1)};
-      if (side[0] > side[1]) continue;
-      const std::optional<float> cost = PairCost(*polygons, side);
-      if (!cost) continue;
-      heap.Append(KeyHeap::KeyOf(*cost, static_cast<int>(sides.size())));
-      sides.push_back(side);
-    }
+int PartnersOf(const PolygonSet& polygons, int triangle) {
+  int count = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Side side = {polygons[triangle].At(i), polygons[triangle].At(i + 1)};
+    if (PairCost(polygons, side)) ++count;
   }
-  heap.Order();
-  while (!heap.empty()) {
-    const uint64_t key = heap.Pop();
-    const Side& side = sides[static_cast<size_t>(KeyHeap::IndexOf(key))];
-    const std::optional<float> cost = PairCost(*polygons, side);
-    if (!cost) continue;
-    if (*cost != KeyHeap::ValueOf(key)) {  // valences have changed since
-      heap.Push(KeyHeap::KeyOf(*cost, KeyHeap::IndexOf(key)));
-      continue;
-    }
-    const std::array<int, 4> quad = QuadAcross(*polygons, side);
-    const int first = polygons->WithSide(side[0], side[1]);
-    polygons->Remove(polygons->WithSide(side[1], side[0]));
-    polygons->Remove(first);
-    polygons->Add(quad);
-  }
+  return count;
 }
+
+// The cost of a pair and how urgent it is: a triangle that is passed over with one partner left may
+// be left alone.
+std::optional<float> PairOrder(const PolygonSet& polygons, const Side& side) {
+  const std::optional<float> cost = PairCost(polygons, side);
+  if (!cost) return std::nullopt;
+  const bool last = PartnersOf(polygons, polygons.WithSide(side[0], side[1])) == 1 ||
+                    PartnersOf(polygons, polygons.WithSide(side[1], side[0])) == 1;
+  return last ? *cost - kLastPartner : *cost;
+}
+
+class GreedyPairing {
+ public:
+  explicit GreedyPairing(PolygonSet* polygons) : polygons_(*polygons) {}
+
+  void Run() {
+    for (int p = 0; p < polygons_.size(); ++p) {
+      for (int i = 0; i < 3; ++i) {
+        const Side side = {polygons_[p].At(i), polygons_[p].At(i + 1)};
+        if (side[0] < side[1]) Push(side);
+      }
+    }
+    while (!heap_.empty()) {
+      const uint64_t key = heap_.Pop();
+      const Side side = sides_[static_cast<size_t>(KeyHeap::IndexOf(key))];
+      const std::optional<float> order = PairOrder(polygons_, side);
+      if (!order) continue;
+      if (*order == KeyHeap::ValueOf(key)) {
+        Pair(side);
+      } else {  // valences have changed since
+        heap_.Push(KeyHeap::KeyOf(*order, KeyHeap::IndexOf(key)));
+      }
+    }
+  }
+
+ private:
+  void Push(const Side& side) {
+    const std::optional<float> order = PairOrder(polygons_, side);
+    if (!order) return;
+    heap_.Push(KeyHeap::KeyOf(*order, static_cast<int>(sides_.size())));
+    sides_.push_back(side);
+  }
+
+  void Pair(const Side& side) {
+    const std::array<int, 4> quad = QuadAcross(polygons_, side);
+    const int first = polygons_.WithSide(side[0], side[1]);
+    polygons_.Remove(polygons_.WithSide(side[1], side[0]));
+    polygons_.Remove(first);
+    polygons_.Add(quad);
+    // The triangles beside it have a partner less.
+    for (size_t i = 0; i < 4; ++i) {
+      const int beside = polygons_.WithSide(quad[(i + 1) % 4], quad[i]);
+      if (beside < 0 || polygons_[beside].size != 3) continue;
+      for (int k = 0; k < 3; ++k) Push({polygons_[beside].At(k), polygons_[beside].At(k + 1)});
+    }
+  }
+
+  PolygonSet& polygons_;
+  std::vector<Side> sides_;
+  KeyHeap heap_;
+};
 
 // The sides to cross, each of the polygon before it; the last one may lie on the boundary.
 std::optional<std::vector<Side>> FindWay(const PolygonSet& polygons, int triangle,
@@ -232,7 +274,7 @@ bool Walk(int triangle, PolygonSet* polygons) {
 }  // namespace
 
 bool PairTriangles(PolygonSet* polygons) {
-  PairGreedily(polygons);
+  GreedyPairing(polygons).Run();
   for (int p = 0; p < polygons->size(); ++p) {
     if ((*polygons)[p].size == 3 && !Walk(p, polygons)) return false;
   }
