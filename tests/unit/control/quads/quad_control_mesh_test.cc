@@ -55,7 +55,7 @@ TEST(QuadControlMesh, OfAClosedMeshHasItsVerticesAndNineteenOfTwentyOfValenceThr
   const ControlMesh mesh = SimplifiedSphere(600);
   const ControlMesh quads = Quads(mesh);
   EXPECT_LE(quads.vertices.cols(), mesh.vertices.cols());
-  EXPECT_GE(quads.vertices.cols(), 0.95 * static_cast<double>(mesh.vertices.cols()));
+  EXPECT_GE(quads.vertices.cols(), 0.99 * static_cast<double>(mesh.vertices.cols()));
   EXPECT_GE(ShareOfThreeToFive(quads), 0.95);
   const TopologySummary summary = Summary(quads);
   EXPECT_TRUE(summary.manifold() && summary.oriented && summary.closed());
