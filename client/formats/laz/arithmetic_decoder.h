@@ -14,7 +14,7 @@ namespace rilievo::laz {
 // A. Said, "Introduction to Arithmetic Coding Theory and Practice", HP Labs report HPL-2004-76,
 // section 2; Isenburg, "LASzip: lossless compression of LiDAR data", 2013. Its encoder ends with as
 // many bytes as the decoder has read when the last symbol is out, so a stream of symbols needs no
-// length.
+// length. One that was not started has no bytes, and fails.
 //
 // Any bytes decode to some symbols; none of them makes this read outside its memory: value_ stays
 // below length_ whatever is decoded.
@@ -99,7 +99,7 @@ class ArithmeticDecoder {
 
   static constexpr size_t kWindow = size_t{1} << 16;  // bytes of the source
 
-  uint32_t value_ = 0, length_ = 0;
+  uint32_t value_ = 0, length_ = 0xffffffff;
   const char *begin_ = nullptr, *next_ = nullptr, *end_ = nullptr;
   ByteSource* source_ = nullptr;
   bool failed_ = false;

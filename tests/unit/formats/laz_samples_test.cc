@@ -155,6 +155,25 @@ TEST(LazSampleTest, TimesAreTheSamePointwiseAndLayered) {
 
 INSTANTIATE_TEST_SUITE_P(PointFormats, LazFormatTest, ::testing::Values(0, 1, 2, 3, 6, 7, 8));
 
+// Sizes of layers are what a file claims: points whose layer of places is empty are refused.
+TEST(LazSampleTest, LayeredPointsWithoutPlacesAreRefused) {
+  const fs::path source = fs::path(__FILE__).parent_path().parent_path().parent_path();
+  std::ifstream in(source / "fuzz/corpus/las/packed_6.laz", std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const auto number = [&](size_t at) {
+    return static_cast<uint8_t>(bytes[at]) + 256u * static_cast<uint8_t>(bytes[at + 1]);
+  };
+  const size_t points = number(96), record = number(105);
+  // The place of the chunk table, the first record, the number of points.
+  bytes.replace(points + 8 + record + 4, 4, 4, '\0');
+  std::istringstream damaged(bytes);
+  const auto scan = ReadLasScan(damaged, {});
+  ASSERT_FALSE(scan.ok());
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(scan.status().message()),
+              ::testing::HasSubstr("chunk 1, point 2 of 100: the compressed bytes end too early"));
+}
+
 // A file that ends early, anywhere, is refused and says so.
 TEST(LazSampleTest, TruncatedFilesAreRefused) {
   const fs::path path = SampleFolder() / "point-color-time.laz";
