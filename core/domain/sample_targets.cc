@@ -12,6 +12,8 @@ namespace rilievo {
 namespace {
 
 // Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
+// With 1 the points of the scans distcap, tum_rabbit and room_lidar come 8 to 14 % nearer in RMS;
+// but against the truth of genus2-open the RMS is 0.5 % larger, and files take 5 % more bytes.
 constexpr double kBorderWeight = 0.3;
 
 struct Aim {
