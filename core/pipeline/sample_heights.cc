@@ -10,6 +10,7 @@
 #include "core/codec/mesh/prepare_control_mesh.h"
 #include "core/control/quads/quad_control_mesh.h"
 #include "core/control/topology/trim_unmeasured.h"
+#include "core/displacement/continue_curvature.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
@@ -63,6 +64,10 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   RILIEVO_ASSIGN_OR_RETURN(
       DisplacementField field,
       SampleDisplacement(scan.cloud, refinement, rings, limit, options.displacement, context));
+  if (options.control.fills_holes()) {
+    RILIEVO_RETURN_IF_ERROR(
+        ContinueCurvature(refinement, rings, limit, options.displacement, context, &field));
+  }
   // The border of the smooth surface is exact, and heights would leave it along its normals.
   for (size_t v = 0; scan.borders.any() && v < field.heights.size(); ++v) {
     if (refinement.levels.back().boundary_vertex[v] != 0) field.heights[v] = 0;

@@ -1,0 +1,236 @@
+#include "core/displacement/continue_curvature.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/displacement/regularize/height_bounds.h"
+#include "core/loop/split_normals.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+using SparseMatrix = Eigen::SparseMatrix<double>;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+constexpr int kMostSteps = 8;
+constexpr double kLeastMove = 1e-6;  // of the diagonal; the last step is shorter
+// Around what moves, the rings with a curvature; one ring more has the places that this is of.
+constexpr int kCurvatureRings = 2;
+// Waves shorter than 2 pi times this share of a part's radius are taken for errors of the heights
+// around it. They would grow inwards by the square of the radius in edges.
+constexpr double kNoiseShare = 0.1;
+constexpr double kBandShare = 1.0 / 3;      // of the radius: where heights around it are smoothed
+constexpr double kLeastDoubleArea = 1e-16;  // of a triangle, unit frame
+
+// A part and what lies around it. Vertices are numbered from the part outwards, ring by ring.
+struct Surroundings {
+  std::vector<int> vertices;
+  int part = 0;       // vertices of the part
+  int moved = 0;      // and of the band around it, which moves with it for a while
+  int curved = 0;     // and those beyond that have a curvature
+  double radius = 0;  // of the part: twice its area over its rim, in edges
+};
+
+// At a vertex: the unit normal, the area, and the cotangent weight of each neighbour.
+struct Fan {
+  Vector3d normal = Vector3d::Zero();
+  double area = 0;
+  std::vector<double> weights;
+};
+
+class CurvatureContinuation {
+ public:
+  CurvatureContinuation(const LevelRings& rings, const LimitSurface& limit,
+                        std::vector<float>* heights)
+      : rings_(rings), limit_(limit), heights_(*heights), place_(heights->size(), -1) {}
+
+  absl::Status Continue(const Surroundings& around, double max_height, const RunContext& context) {
+    const std::vector<int>& vertices = around.vertices;
+    for (size_t i = 0; i < vertices.size(); ++i) place_[vertices[i]] = static_cast<int>(i);
+    std::vector<float> before;
+    for (const int v : vertices) before.push_back(heights_[v]);
+    double first = -1, least = 0;
+    for (int step = 0; step <= kMostSteps; ++step) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      Linearize(around);
+      Eigen::VectorXd off = Eigen::VectorXd::Zero(around.moved), held = off;
+      for (int i = around.part; i < around.moved; ++i) {
+        held[i] = HeldBy(around, i);
+        off[i] = double{heights_[vertices[i]]} - double{before[i]};
+      }
+      least = curvature_.dot(stiffness_ * curvature_) + off.dot(held.cwiseProduct(off));
+      if (first < 0) first = least;
+      if (step == kMostSteps) break;
+      const SparseMatrix transposed = by_height_.transpose();
+      SparseMatrix equations = transposed * stiffness_ * by_height_;
+      equations.diagonal() += held;
+      const Eigen::SimplicialLDLT<SparseMatrix> solver(equations);
+      if (solver.info() != Eigen::Success) break;
+      const Eigen::VectorXd move =
+          solver.solve(-(transposed * (stiffness_ * curvature_)) - held.cwiseProduct(off));
+      if (!move.allFinite()) break;
+      for (int i = 0; i < around.moved; ++i) {
+        const HeightBounds bounds = BoundsOf(vertices[i], rings_, limit_, max_height);
+        float& height = heights_[vertices[i]];
+        height = std::clamp(static_cast<float>(height + move[i]), bounds.lowest, bounds.highest);
+      }
+      if (move.lpNorm<Eigen::Infinity>() < kLeastMove) break;
+    }
+    const int kept = least < first ? around.part : 0;
+    for (size_t i = kept; i < vertices.size(); ++i) heights_[vertices[i]] = before[i];
+    for (const int v : vertices) place_[v] = -1;
+    return absl::OkStatus();
+  }
+
+ private:
+  Vector3d At(int v) const {
+    return limit_.positions.col(v) + double{heights_[v]} * limit_.normals.col(v);
+  }
+
+  // Of a vertex with faces all around.
+  Fan FanOf(int v) const {
+    const Ring ring = rings_.Of(v);
+    const Vector3d here = At(v);
+    Fan fan;
+    fan.weights.assign(static_cast<size_t>(ring.size()), 0);
+    for (int k = 0; k < ring.size(); ++k) {
+      const int next = k + 1 < ring.size() ? k + 1 : 0;
+      const Vector3d a = At(ring[k]), b = At(ring[next]);
+      const Vector3d cross = (a - here).cross(b - here);
+      const double area = std::max(cross.norm(), kLeastDoubleArea);
+      fan.normal += cross;
+      fan.area += area / 6;
+      fan.weights[k] += (a - b).dot(here - b) / area / 2;
+      fan.weights[next] += (b - a).dot(here - a) / area / 2;
+    }
+    fan.normal.normalize();
+    return fan;
+  }
+
+  // A wave of number k has k^6 times its square, area by area, as the square of its change of
+  // curvature; what holds the heights of the band has this times it.
+  double HeldBy(const Surroundings& around, int i) const {
+    const double edge = std::sqrt(2 / std::numbers::sqrt3 * areas_.mean());
+    return areas_[i] * std::pow(kNoiseShare * around.radius * edge, -6);
+  }
+
+  // Twice the mean curvature of each vertex that has one, by how much it grows with each height
+  // that moves, and the weights of its differences.
+  void Linearize(const Surroundings& around) {
+    Triplets slopes, stiffness;
+    curvature_.resize(around.curved);
+    areas_.resize(around.curved);
+    for (int i = 0; i < around.curved; ++i) {
+      const int v = around.vertices[i];
+      const Ring ring = rings_.Of(v);
+      const Fan fan = FanOf(v);
+      const Vector3d here = At(v);
+      const auto add = [&](int vertex, double weight) {
+        const int column = place_[vertex];
+        if (column >= around.moved) return;
+        slopes.emplace_back(i, column,
+                            weight / fan.area * fan.normal.dot(limit_.normals.col(vertex)));
+      };
+      Vector3d sum = Vector3d::Zero();
+      double weights = 0;
+      for (int k = 0; k < ring.size(); ++k) {
+        const double weight = fan.weights[k];
+        sum += weight * (At(ring[k]) - here);
+        weights += weight;
+        add(ring[k], weight);
+        const int other = place_[ring[k]];
+        if (other < 0 || other >= around.curved) continue;
+        const double stiff = std::max(weight, 0.0) / 2;  // each edge is met from both ends
+        stiffness.emplace_back(i, i, stiff);
+        stiffness.emplace_back(other, other, stiff);
+        stiffness.emplace_back(i, other, -stiff);
+        stiffness.emplace_back(other, i, -stiff);
+      }
+      add(v, -weights);
+      areas_[i] = fan.area;
+      curvature_[i] = fan.normal.dot(sum) / fan.area;
+    }
+    by_height_.resize(around.curved, around.moved);
+    by_height_.setFromTriplets(slopes.begin(), slopes.end());
+    stiffness_.resize(around.curved, around.curved);
+    stiffness_.setFromTriplets(stiffness.begin(), stiffness.end());
+  }
+
+  const LevelRings& rings_;
+  const LimitSurface& limit_;
+  std::vector<float>& heights_;
+  std::vector<int> place_;  // of each vertex among the surroundings, or -1
+  Eigen::VectorXd curvature_, areas_;
+  SparseMatrix by_height_, stiffness_;
+};
+
+// The part of filled vertices around `seed`, and what lies around. `marks`: all 0, as they are
+// afterwards.
+Surroundings SurroundingsOf(int seed, const LevelRings& rings,
+                            const std::vector<HeightSource>& source, std::vector<uint8_t>* marks) {
+  Surroundings around;
+  std::vector<int>& found = around.vertices;
+  size_t grown = 0;  // all neighbours of so many were asked
+  const auto grow = [&](const auto& takes) {
+    for (const size_t end = found.size(); grown < end; ++grown) {
+      for (const int n : rings.Of(found[grown])) {
+        if ((*marks)[n] != 0 || !takes(n)) continue;
+        (*marks)[n] = 1;
+        found.push_back(n);
+      }
+    }
+    return static_cast<int>(found.size());
+  };
+  const auto all = [](int) { return true; };
+  (*marks)[seed] = 1;
+  found.push_back(seed);
+  while (grown < found.size()) {
+    around.part = grow([&](int n) { return source[n] == HeightSource::kFilled; });
+  }
+  grown = 0;
+  const int rim = grow(all) - around.part;
+  around.radius = std::numbers::sqrt3 * around.part / std::max(rim, 1);
+  const int band = std::max(1, static_cast<int>(std::lround(kBandShare * around.radius)));
+  for (int ring = 1; ring < band; ++ring) grow(all);
+  around.moved = static_cast<int>(found.size());
+  for (int ring = 0; ring < kCurvatureRings; ++ring) around.curved = grow(all);
+  grow(all);
+  for (const int v : found) (*marks)[v] = 0;
+  return around;
+}
+
+}  // namespace
+
+absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
+                               const LimitSurface& limit, const DisplacementOptions& options,
+                               const RunContext& context, DisplacementField* field) {
+  std::vector<uint8_t> is_edge = refinement.levels.back().boundary_vertex;
+  RILIEVO_ASSIGN_OR_RETURN(const SharpSectors sectors,
+                           SectorsOfLevel(refinement, refinement.max_level()));
+  for (const int v : sectors.vertices) is_edge[v] = 1;
+  std::vector<uint8_t> marks(field->source.size(), 0), is_done = marks;
+  CurvatureContinuation continuation(rings, limit, &field->heights);
+  for (size_t seed = 0; seed < marks.size(); ++seed) {
+    if (field->source[seed] != HeightSource::kFilled || is_done[seed] != 0) continue;
+    const Surroundings around =
+        SurroundingsOf(static_cast<int>(seed), rings, field->source, &marks);
+    for (int i = 0; i < around.part; ++i) is_done[around.vertices[i]] = 1;
+    const auto curved = around.vertices.begin() + around.curved;
+    if (around.moved > kMostContinued ||
+        std::any_of(around.vertices.begin(), curved, [&](int v) { return is_edge[v] != 0; })) {
+      continue;
+    }
+    RILIEVO_RETURN_IF_ERROR(continuation.Continue(around, options.max_height, context));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

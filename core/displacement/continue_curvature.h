@@ -1,0 +1,27 @@
+// Heights where a closed hole has no points, by the curvature around the hole.
+#pragma once
+
+#include "absl/status/status.h"
+#include "core/base/run_context.h"
+#include "core/displacement/displacement_options.h"
+#include "core/displacement/sample_displacement.h"
+#include "core/loop/level_rings.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+
+// Moves the filled heights of each part, connected along edges, until the mean curvature H of the
+// displaced surface varies least: sum w_ij (H_i - H_j)^2 over the edges, with cotangent weights and
+// 2 H_i = n_i . sum w_ij (x_j - x_i) / area_i (Pinkall and Polthier 1993). The heights around a
+// part stay, so that position, slope and curvature go on from there (curvature of least variation:
+// Moreton and Sequin 1992). A sphere is kept exactly, whatever the size of the hole. Solved by
+// Gauss-Newton steps, in which w, n and the areas are those of the step before. Parts within two
+// rings of a boundary, a crease or a corner stay as they are, and so do those of more than
+// kMostContinued vertices, where rounding would tell. `rings`, `limit`: of the finest level.
+// CANCELLED is the only error.
+absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
+                               const LimitSurface& limit, const DisplacementOptions& options,
+                               const RunContext& context, DisplacementField* field);
+inline constexpr int kMostContinued = 1 << 14;
+
+}  // namespace rilievo

@@ -1,0 +1,107 @@
+#include "core/displacement/continue_curvature.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "tests/unit/displacement/domain_fixtures.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+using namespace testing;
+
+constexpr double kRadius = 0.4;
+
+Vector3d PlaceOf(const Domain& domain, const DisplacementField& field, int v) {
+  return domain.limit.positions.col(v) + double{field.heights[v]} * domain.limit.normals.col(v);
+}
+
+// Heights that reach the sphere, and none where `is_hole`.
+DisplacementField OnSphere(const Domain& domain,
+                           const std::function<bool(const Vector3d&)>& is_hole) {
+  DisplacementField field;
+  for (int v = 0; v < domain.size(); ++v) {
+    const Vector3d place = domain.limit.positions.col(v);
+    const double along = place.dot(domain.limit.normals.col(v));
+    const double height =
+        std::sqrt(along * along + kRadius * kRadius - place.squaredNorm()) - along;
+    const bool hole = is_hole(place);
+    field.heights.push_back(hole ? 0.0f : static_cast<float>(height));
+    field.source.push_back(hole ? HeightSource::kFilled : HeightSource::kMeasured);
+  }
+  return field;
+}
+
+absl::Status Continue(const Domain& domain, DisplacementField* field) {
+  return ContinueCurvature(domain.refinement, domain.rings, domain.limit, DisplacementOptions(),
+                           RunContext(), field);
+}
+
+struct ContinueCurvatureTest : ::testing::Test {
+  Domain domain = MakeDomain(Octahedron(kRadius, 2), 3);
+  // Two holes, one of them a tenth of the sphere.
+  DisplacementField field = OnSphere(domain, [](const Vector3d& x) {
+    return x.z() > 0.8 * kRadius || (x - Vector3d(0, 0, -kRadius)).norm() < 0.1;
+  });
+
+  double Farthest() const {
+    double farthest = 0;
+    for (int v = 0; v < domain.size(); ++v) {
+      farthest = std::max(farthest, std::abs(PlaceOf(domain, field, v).norm() - kRadius));
+    }
+    return farthest;
+  }
+};
+
+TEST_F(ContinueCurvatureTest, HolesOfASphereAreSpherical) {
+  const DisplacementField before = field;
+  EXPECT_GT(Farthest(), 3e-3);
+  ASSERT_TRUE(Continue(domain, &field).ok());
+  EXPECT_LT(Farthest(), 1e-5);
+  for (int v = 0; v < domain.size(); ++v) {
+    if (field.source[v] == HeightSource::kFilled) continue;
+    EXPECT_EQ(field.heights[v], before.heights[v]) << v;
+  }
+}
+
+TEST_F(ContinueCurvatureTest, ErrorsOfTheRimDoNotGrowInwards) {
+  constexpr double kOff = 1e-4;
+  Random random(1);
+  for (int v = 0; v < domain.size(); ++v) {
+    if (field.source[v] == HeightSource::kFilled) continue;
+    field.heights[v] += static_cast<float>(Uniform(&random, -kOff, kOff));
+  }
+  ASSERT_TRUE(Continue(domain, &field).ok());
+  EXPECT_LT(Farthest(), 3 * kOff);
+}
+
+TEST_F(ContinueCurvatureTest, PartsBesideABoundaryOrACreaseStay) {
+  const Domain sheet = MakeDomain(Sheet(0.4, 4), 3);
+  ControlMesh creased = Sheet(0.4, 4);
+  creased.creases = {{11, 12, kInfiniteSharpness}, {12, 13, kInfiniteSharpness}};
+  const Domain folded = MakeDomain(creased, 3);
+  const auto changed = [](const Domain& domain, double x, double y) {
+    DisplacementField bumpy;
+    for (int v = 0; v < domain.size(); ++v) {
+      const Vector3d place = domain.limit.positions.col(v);
+      const bool hole = std::hypot(place.x() - x, place.y() - y) < 0.1;
+      bumpy.source.push_back(hole ? HeightSource::kFilled : HeightSource::kMeasured);
+      bumpy.heights.push_back(hole ? 0.01f : 0.0f);
+    }
+    const std::vector<float> before = bumpy.heights;
+    EXPECT_TRUE(Continue(domain, &bumpy).ok());
+    return bumpy.heights != before;
+  };
+  EXPECT_TRUE(changed(sheet, 0, 0));
+  EXPECT_FALSE(changed(sheet, 0.35, 0));
+  EXPECT_FALSE(changed(folded, 0, 0));
+  EXPECT_TRUE(changed(folded, 0, 0.23));
+}
+
+}  // namespace
+}  // namespace rilievo
