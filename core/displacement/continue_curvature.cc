@@ -29,6 +29,7 @@ constexpr int kCurvatureRings = 2;
 constexpr double kNoiseShare = 0.1;
 constexpr double kBandShare = 1.0 / 3;      // of the radius: where heights around it are smoothed
 constexpr double kLeastDoubleArea = 1e-16;  // of a triangle, unit frame
+constexpr double kLeastShare = 0.25;        // of a third of the faces around, in an area
 
 // A part and what lies around it. Vertices are numbered from the part outwards, ring by ring.
 struct Surroundings {
@@ -39,7 +40,10 @@ struct Surroundings {
   double radius = 0;  // of the part: twice its area over its rim, in edges
 };
 
-// At a vertex: the unit normal, the area, and the cotangent weight of each neighbour.
+// At a vertex: the unit normal, which is that of a sphere through it and its neighbours where there
+// is one (Max 1999), the circumcentric area (Meyer, Desbrun, Schroeder and Barr 2003), and the
+// cotangent weight of each neighbour. On a sphere n . sum w_ij (x_j - x_i) / area is then -2 / r
+// for any triangles.
 struct Fan {
   Vector3d normal = Vector3d::Zero();
   double area = 0;
@@ -101,17 +105,22 @@ class CurvatureContinuation {
     const Vector3d here = At(v);
     Fan fan;
     fan.weights.assign(static_cast<size_t>(ring.size()), 0);
+    double double_area = 0;
     for (int k = 0; k < ring.size(); ++k) {
       const int next = k + 1 < ring.size() ? k + 1 : 0;
-      const Vector3d a = At(ring[k]), b = At(ring[next]);
-      const Vector3d cross = (a - here).cross(b - here);
+      const Vector3d a = At(ring[k]) - here, b = At(ring[next]) - here;
+      const Vector3d cross = a.cross(b);
       const double area = std::max(cross.norm(), kLeastDoubleArea);
-      fan.normal += cross;
-      fan.area += area / 6;
-      fan.weights[k] += (a - b).dot(here - b) / area / 2;
-      fan.weights[next] += (b - a).dot(here - a) / area / 2;
+      fan.normal += cross / std::max(a.squaredNorm() * b.squaredNorm(), 1e-300);
+      fan.weights[k] += b.dot(b - a) / area / 2;
+      fan.weights[next] += a.dot(a - b) / area / 2;
+      double_area += area;
     }
     fan.normal.normalize();
+    for (int k = 0; k < ring.size(); ++k) {
+      fan.area += fan.weights[k] * (At(ring[k]) - here).squaredNorm() / 4;
+    }
+    fan.area = std::max(fan.area, kLeastShare * double_area / 6);  // of obtuse triangles
     return fan;
   }
 

@@ -11,14 +11,15 @@
 namespace rilievo {
 
 // Moves the filled heights of each part, connected along edges, until the mean curvature H of the
-// displaced surface varies least: sum w_ij (H_i - H_j)^2 over the edges, with cotangent weights and
-// 2 H_i = n_i . sum w_ij (x_j - x_i) / area_i (Pinkall and Polthier 1993). The heights around a
-// part stay, so that position, slope and curvature go on from there (curvature of least variation:
-// Moreton and Sequin 1992). A sphere is kept exactly, whatever the size of the hole. Solved by
-// Gauss-Newton steps, in which w, n and the areas are those of the step before. Parts within two
-// rings of a boundary, a crease or a corner stay as they are, and so do those of more than
-// kMostContinued vertices, where rounding would tell. `rings`, `limit`: of the finest level.
-// CANCELLED is the only error.
+// displaced surface varies least: sum w_ij (H_i - H_j)^2 over the edges, with cotangent weights w
+// and 2 H_i = n_i . sum w_ij (x_j - x_i) / area_i (Pinkall and Polthier 1993; curvature of least
+// variation: Moreton and Sequin 1992). So position, slope and curvature go on from the rim, and a
+// sphere is kept exactly, whatever the size of the hole. What the heights around a part are off
+// would grow inwards: those within a third of its radius move along, held by their squares, and are
+// put back at the end. Solved by Gauss-Newton steps, in which w, n and the areas are those of the
+// step before. A part stays as it is where two rings around what moves come to a boundary, a crease
+// or a corner, and where more than kMostContinued vertices move, which rounding would tell.
+// `rings`, `limit`: of the finest level. CANCELLED is the only error.
 absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
                                const LimitSurface& limit, const DisplacementOptions& options,
                                const RunContext& context, DisplacementField* field);

@@ -85,16 +85,16 @@ TEST_F(ContinueCurvatureTest, PartsBesideABoundaryOrACreaseStay) {
   ControlMesh creased = Sheet(0.4, 4);
   creased.creases = {{11, 12, kInfiniteSharpness}, {12, 13, kInfiniteSharpness}};
   const Domain folded = MakeDomain(creased, 3);
-  const auto changed = [](const Domain& domain, double x, double y) {
+  const auto changed = [](const Domain& on, double x, double y) {
     DisplacementField bumpy;
-    for (int v = 0; v < domain.size(); ++v) {
-      const Vector3d place = domain.limit.positions.col(v);
-      const bool hole = std::hypot(place.x() - x, place.y() - y) < 0.1;
+    for (int v = 0; v < on.size(); ++v) {
+      const Vector3d place = on.limit.positions.col(v);
+      const bool hole = std::hypot(place.x() - x, place.y() - y) < 0.06;
       bumpy.source.push_back(hole ? HeightSource::kFilled : HeightSource::kMeasured);
       bumpy.heights.push_back(hole ? 0.01f : 0.0f);
     }
     const std::vector<float> before = bumpy.heights;
-    EXPECT_TRUE(Continue(domain, &bumpy).ok());
+    EXPECT_TRUE(Continue(on, &bumpy).ok());
     return bumpy.heights != before;
   };
   EXPECT_TRUE(changed(sheet, 0, 0));

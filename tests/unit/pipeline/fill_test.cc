@@ -42,7 +42,7 @@ double FillError(const Reconstruction& made, const Inside& is_missing) {
 }
 
 TEST(FillTest, ACapOfASphereComesBack) {
-  const std::pair<double, double> cases[] = {{0.9, 3e-4}, {0.7, 5e-4}, {0.4, 8e-4}};
+  const std::pair<double, double> cases[] = {{0.9, 2e-4}, {0.7, 3.5e-4}, {0.4, 6e-4}};
   for (const auto& [height, most] : cases) {
     const Inside is_missing = [height = height](const Eigen::Vector3d& p) { return p[2] > height; };
     ReconstructOptions options;
