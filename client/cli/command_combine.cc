@@ -9,12 +9,14 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_manifold.h"
+#include "client/cli/loaded_shape.h"
 #include "client/cli/make_surfaces.h"
 #include "client/cli/output_target.h"
 #include "client/cli/scan_set.h"
 #include "client/formats/mesh_writer.h"
 #include "core/base/status_macros.h"
 #include "core/booleans/combine_solids.h"
+#include "core/surface/mass_properties.h"
 
 namespace rilievo {
 namespace {
@@ -40,6 +42,21 @@ struct CombineArguments {
   }
 };
 
+// Of the diagonal. Single floats, in which mesh files hold places, are as far apart.
+constexpr double kThinnest = 1e-7;
+
+// A surface holds no solid that is that thin all over.
+absl::Status CheckThickness(const TriangleMesh& mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const MassProperties mass,
+                           MassPropertiesOf(mesh.vertices, mesh.triangles));
+  const double thickness = 2 * mass.volume / mass.area;
+  const double thinnest = kThinnest * DiagonalOf(mesh.vertices);
+  if (thickness >= thinnest) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("what is left is ", thickness, " thick in the mean, less than ", thinnest,
+                   ", the least that a surface can hold; move one of the shapes"));
+}
+
 absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
                                     const std::stop_token& stop) {
   RunContext context;
@@ -55,6 +72,8 @@ absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
   absl::StatusOr<CombinedSolids> made =
       CombineSolids(a.mesh, b.mesh, arguments.operation(), context);
   if (!made.ok()) return AtPath(arguments.Name(), made.status());
+  const absl::Status thick = CheckThickness(made->mesh);
+  if (!thick.ok()) return AtPath(arguments.Name(), thick);
   if (!arguments.kept_mesh.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(
         WriteMesh(arguments.kept_mesh, "ply", made->mesh, {}, {}, a.place), ExitCode::kOutput));

@@ -17,6 +17,7 @@ class CombineTest : public ProgramFixture {
   // A cube, its corner with the lowest coordinates at (x, y, z).
   void WriteBox(const std::string& name, double x, double y, double z, double side) const {
     std::ofstream out(At(name));
+    out.precision(12);
     for (int i = 0; i < 8; ++i) {
       out << "v " << x + side * (i & 1) << ' ' << y + side * (i >> 1 & 1) << ' '
           << z + side * (i >> 2) << '\n';
@@ -84,13 +85,19 @@ TEST_F(CombineTest, SaysWhatIsMissing) {
       2);
 }
 
-TEST_F(CombineTest, NothingLeftIsAnError) {
+TEST_F(CombineTest, NothingLeftOrNextToNothingIsAnError) {
   const Ended made =
       Run({"combine", At("a.obj"), At("far.obj"), "--intersection", "-o", At("c.dss")});
   EXPECT_EQ(made.code, 3);
   EXPECT_THAT(made.err, HasSubstr("nothing is left"));
   EXPECT_FALSE(fs::exists(At("c.dss")));
   EXPECT_EQ(Run({"combine", At("a.obj"), At("a.obj"), "--difference", "-o", At("c.dss")}).code, 3);
+  WriteBox("deep.obj", 0.5, 0.5, 2 - 2e-9, 1);
+  const Ended thin =
+      Run({"combine", At("a.obj"), At("deep.obj"), "--intersection", "-o", At("c.dss")});
+  EXPECT_EQ(thin.code, 3);
+  EXPECT_THAT(thin.err, HasSubstr("thick in the mean"));
+  EXPECT_FALSE(fs::exists(At("c.dss")));
 }
 
 TEST_F(CombineTest, OpenShapesAndPointsAreRefused) {
