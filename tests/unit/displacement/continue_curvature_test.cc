@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using namespace testing;
 
-constexpr double kRadius = 0.4;
+constexpr double kRoundRadius = 0.4;
 
 Vector3d PlaceOf(const Domain& domain, const DisplacementField& field, int v) {
   return domain.limit.positions.col(v) + double{field.heights[v]} * domain.limit.normals.col(v);
@@ -27,9 +27,7 @@ DisplacementField OnSphere(const Domain& domain,
   DisplacementField field;
   for (int v = 0; v < domain.size(); ++v) {
     const Vector3d place = domain.limit.positions.col(v);
-    const double along = place.dot(domain.limit.normals.col(v));
-    const double height =
-        std::sqrt(along * along + kRadius * kRadius - place.squaredNorm()) - along;
+    const double height = SphereHeight(place, domain.limit.normals.col(v), kRoundRadius);
     const bool hole = is_hole(place);
     field.heights.push_back(hole ? 0.0f : static_cast<float>(height));
     field.source.push_back(hole ? HeightSource::kFilled : HeightSource::kMeasured);
@@ -43,16 +41,16 @@ absl::Status Continue(const Domain& domain, DisplacementField* field) {
 }
 
 struct ContinueCurvatureTest : ::testing::Test {
-  Domain domain = MakeDomain(Octahedron(kRadius, 2), 3);
+  Domain domain = MakeDomain(Octahedron(kRoundRadius, 2), 3);
   // Two holes, one of them a tenth of the sphere.
   DisplacementField field = OnSphere(domain, [](const Vector3d& x) {
-    return x.z() > 0.8 * kRadius || (x - Vector3d(0, 0, -kRadius)).norm() < 0.1;
+    return x.z() > 0.8 * kRoundRadius || (x - Vector3d(0, 0, -kRoundRadius)).norm() < 0.1;
   });
 
   double Farthest() const {
     double farthest = 0;
     for (int v = 0; v < domain.size(); ++v) {
-      farthest = std::max(farthest, std::abs(PlaceOf(domain, field, v).norm() - kRadius));
+      farthest = std::max(farthest, std::abs(PlaceOf(domain, field, v).norm() - kRoundRadius));
     }
     return farthest;
   }
