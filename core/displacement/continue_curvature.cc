@@ -21,7 +21,7 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
 constexpr int kMostSteps = 8;
-constexpr double kLeastMove = 1e-6;  // of the diagonal; the last step is shorter
+constexpr double kLeastMove = 1e-5;  // of the diagonal; the last step is shorter
 // Around what moves, the rings with a curvature; one ring more has the places that this is of.
 constexpr int kCurvatureRings = 2;
 // Waves shorter than 2 pi times this share of a part's radius are taken for errors of the heights
@@ -62,6 +62,7 @@ class CurvatureContinuation {
     std::vector<float> before;
     for (const int v : vertices) before.push_back(heights_[v]);
     double first = -1, least = 0;
+    Eigen::SimplicialLDLT<SparseMatrix> solver;
     for (int step = 0; step <= kMostSteps; ++step) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       Linearize(around);
@@ -76,7 +77,8 @@ class CurvatureContinuation {
       const SparseMatrix transposed = by_height_.transpose();
       SparseMatrix equations = transposed * stiffness_ * by_height_;
       equations.diagonal() += held;
-      const Eigen::SimplicialLDLT<SparseMatrix> solver(equations);
+      if (step == 0) solver.analyzePattern(equations);  // the same for all
+      solver.factorize(equations);
       if (solver.info() != Eigen::Success) break;
       const Eigen::VectorXd move =
           solver.solve(-(transposed * (stiffness_ * curvature_)) - held.cwiseProduct(off));
