@@ -28,7 +28,7 @@ absl::Status Diagnose(const DiagnoseArguments& arguments, std::stop_token stop) 
   context.threads = arguments.threads;
   RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading,
                                                          {.stations = true, .normals = true}));
-  const absl::StatusOr<ScanDiagnosis> diagnosis = DiagnoseScan(scan.cloud, context);
+  const absl::StatusOr<ScanDiagnosis> diagnosis = DiagnoseScan(scan.cloud, scan.place.up, context);
   if (!diagnosis.ok()) return AtPath(arguments.scan, diagnosis.status());
   if (arguments.json) {
     std::cout << DiagnosisJson(*diagnosis, arguments.scan, scan.format);

@@ -104,6 +104,11 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
         "The spacing varies much: the surface will be as fine as the typical spacing. Scan the "
         "sparse parts from nearer, or set --max-level.");
   }
+  if (d.stations > 0 && !d.stations_used) {
+    advice.emplace_back(
+        "The stations of the scan contradict its points, and the surface will not face them. "
+        "Correct them, or give --stations use if they are right.");
+  }
   if (d.normal_disagreement > 0.05) {
     advice.emplace_back(
         "Neighbouring normals disagree in many places: sheets may touch, the surface may be "
@@ -142,6 +147,20 @@ std::string Spread(const Quantiles& q) {
                       ")");
 }
 
+const char* SeenFrom(ScanSetting setting) {
+  switch (setting) {
+    case ScanSetting::kAbove:
+      return "from above, by ";
+    case ScanSetting::kGround:
+      return "from the ground, under the open sky, by ";
+    case ScanSetting::kIndoors:
+      return "indoors or underground, by ";
+    case ScanSetting::kUnknown:
+      break;
+  }
+  return "by ";
+}
+
 std::string BytesText(int64_t bytes) {
   if (bytes < 10'000) return absl::StrCat(Grouped(bytes), " bytes");
   if (bytes < 10'000'000) return absl::StrCat(Grouped(bytes / 1000), " KB");
@@ -150,7 +169,8 @@ std::string BytesText(int64_t bytes) {
 
 }  // namespace
 
-absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context) {
+absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, UpDirection up,
+                                           const RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
   RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, {}, context));
   ScanDiagnosis d;
@@ -158,6 +178,8 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.non_finite = checked.non_finite;
   d.duplicates = checked.duplicates;
   d.strays = checked.strays;
+  d.stations = scan.sights.stations.cols();
+  d.setting = SettingOf(scan, up);
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(std::move(checked), {}, context));
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
                            BuildControlMesh(std::move(surface.cloud), surface.graph, surface.index,
@@ -177,6 +199,7 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.spacing = QuantilesOf(cloud.spacing, d.diagonal);
   d.noise = QuantilesOf(cloud.noise, d.diagonal);
   d.density = DensityFrom(d.spacing);
+  d.stations_used = surface.figures.orientation.stations.used;
   d.normal_disagreement = surface.figures.orientation.disagreement;
   d.contested = Share(std::count(cloud.ambiguous.begin(), cloud.ambiguous.end(), 1), d.points_used);
   d.point_components = surface.figures.orientation.components;
@@ -212,6 +235,10 @@ std::string DiagnosisText(const ScanDiagnosis& d) {
       absl::StrCat(Spread(d.noise), "; ", Percent(d.noise[2] / d.diagonal), " of the diagonal, ",
                    absl::StrFormat("%.2f", d.spacing[2] > 0 ? d.noise[2] / d.spacing[2] : 0),
                    " spacings"));
+  if (d.stations > 0) {
+    add("seen", absl::StrCat(SeenFrom(d.setting), Counted(d.stations, "station", "stations"),
+                             d.stations_used ? "" : ", not believed"));
+  }
   add("normals",
       absl::StrCat(Percent(d.normal_disagreement), " of neighbours disagree, ",
                    Percent(d.contested), " of the points are in doubt about their side"));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/cli/scan_setting.h"
 #include "core/base/run_context.h"
 #include "core/geometry/point_cloud.h"
 
@@ -22,6 +23,10 @@ struct ScanDiagnosis {
   std::array<double, 3> size;    // of the bounding box of the points used, scan unit
   Quantiles spacing{}, noise{};  // scan unit
   Quantiles density{};           // points per square unit of the scan, from the spacing
+
+  int64_t stations = 0;        // places that points were seen from
+  bool stations_used = false;  // they are believed
+  ScanSetting setting = ScanSetting::kUnknown;
 
   double normal_disagreement = 0;  // share of neighbours whose normals disagree
   double contested = 0;            // share of points whose side is in doubt
@@ -39,8 +44,10 @@ struct ScanDiagnosis {
 
 // Runs the stages up to the fit of the domain as a reconstruction with default options does; no
 // heights, no coding: what the heights may yet change, openings that show only then, is not
-// predicted. Errors are those of the stages: a scan that cannot become a surface says so here.
-absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context);
+// predicted. `up`: which way is up, for the setting. Errors are those of the stages: a scan that
+// cannot become a surface says so here.
+absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, UpDirection up,
+                                           const RunContext& context);
 
 // Lines of at most 80 columns.
 std::string DiagnosisText(const ScanDiagnosis& diagnosis);

@@ -31,6 +31,9 @@ std::string DiagnosisJson(const ScanDiagnosis& d, const std::string& scan,
   json["spacing"] = QuantilesJson(d.spacing);
   json["density"] = QuantilesJson(d.density);
   json["noise"] = QuantilesJson(d.noise);
+  json["stations"] = d.stations;
+  json["stations_used"] = d.stations_used;
+  json["setting"] = SettingName(d.setting);
   json["normal_disagreement"] = d.normal_disagreement;
   json["contested"] = d.contested;
   json["point_components"] = d.point_components;

@@ -5,6 +5,8 @@
 
 #include "client/cli/scan_diagnosis.h"
 #include "tests/scans/scanner.h"
+#include "tests/scans/scene.h"
+#include "tests/scans/scene_scanner.h"
 #include "tests/unit/cli/program_fixture.h"
 
 namespace rilievo {
@@ -28,7 +30,7 @@ TEST(DiagnoseTest, CountsWhatCannotBeUsed) {
   scan.points.conservativeResize(3, count + 70);
   for (int i = 0; i < 70; ++i) scan.points.col(count + i) = scan.points.col(2 * i);
   scan.points.col(count)(1) = std::numeric_limits<double>::quiet_NaN();
-  const auto diagnosis = DiagnoseScan(scan, {});
+  const auto diagnosis = DiagnoseScan(scan, UpDirection::kZ, {});
   ASSERT_TRUE(diagnosis.ok()) << diagnosis.status();
   EXPECT_EQ(diagnosis->points_in, 3070);
   EXPECT_EQ(diagnosis->non_finite, 1);
@@ -38,7 +40,7 @@ TEST(DiagnoseTest, CountsWhatCannotBeUsed) {
 
 TEST(DiagnoseTest, SpacingDensityAndSizeAreThoseOfTheShape) {
   // A point has 4 pi r^2 / n of a sphere's area.
-  const auto diagnosis = DiagnoseScan(EvenScan("sphere", 20000), {});
+  const auto diagnosis = DiagnoseScan(EvenScan("sphere", 20000), UpDirection::kZ, {});
   ASSERT_TRUE(diagnosis.ok()) << diagnosis.status();
   const double radius = diagnosis->size[0] / 2;
   const double density = 20000 / (4 * std::numbers::pi * radius * radius);
@@ -54,11 +56,11 @@ TEST(DiagnoseTest, SpacingDensityAndSizeAreThoseOfTheShape) {
 
 TEST(DiagnoseTest, NoiseIsThatOfTheScanner) {
   const double noise = 0.002;
-  const auto noisy = DiagnoseScan(EvenScan("torus", 30000, noise), {});
+  const auto noisy = DiagnoseScan(EvenScan("torus", 30000, noise), UpDirection::kZ, {});
   ASSERT_TRUE(noisy.ok()) << noisy.status();
   EXPECT_NEAR(noisy->noise[2] / (noise * noisy->diagonal), 1, 0.4);
   EXPECT_EQ(noisy->genus, 1);
-  const auto clean = DiagnoseScan(EvenScan("torus", 30000), {});
+  const auto clean = DiagnoseScan(EvenScan("torus", 30000), UpDirection::kZ, {});
   EXPECT_LT(clean->noise[2], 0.1 * noisy->noise[2]);
   EXPECT_THAT(noisy->advice, Contains(HasSubstr("noisy")));
   EXPECT_THAT(clean->advice, ::testing::ElementsAre(HasSubstr("No problems found")));
@@ -72,12 +74,34 @@ TEST(DiagnoseTest, AHoleIsMeasured) {
     if (scan.points(2, i) < 0.6 * radius) scan.points.col(kept++) = scan.points.col(i);
   }
   scan.points.conservativeResize(3, kept);
-  const auto diagnosis = DiagnoseScan(scan, {});
+  const auto diagnosis = DiagnoseScan(scan, UpDirection::kZ, {});
   ASSERT_TRUE(diagnosis.ok()) << diagnosis.status();
   ASSERT_EQ(diagnosis->loop_lengths.size(), 1u);
   // The rim's radius is 0.8 of the sphere's.
   EXPECT_NEAR(diagnosis->loop_lengths[0] / (2 * std::numbers::pi * 0.8 * radius), 1, 0.1);
   EXPECT_THAT(diagnosis->advice, Contains(HasSubstr("--boundary close")));
+}
+
+PointCloud SeenScene(const Scene& scene) { return ScanScene(scene, {.points = 4000})->cloud; }
+
+TEST(DiagnoseTest, StationsTellTheSetting) {
+  const PointCloud block = SeenScene(MakeBlock()), street = SeenScene(MakeStreet());
+  PointCloud rooms = SeenScene(MakeRooms());
+  EXPECT_EQ(SettingOf(block, UpDirection::kZ), ScanSetting::kAbove);
+  EXPECT_EQ(SettingOf(street, UpDirection::kZ), ScanSetting::kGround);
+  EXPECT_EQ(SettingOf(rooms, UpDirection::kUnknown), ScanSetting::kIndoors);
+  EXPECT_EQ(SettingOf(block, UpDirection::kX), ScanSetting::kUnknown) << "few points each";
+
+  const ScanDiagnosis diagnosis = DiagnoseScan(rooms, UpDirection::kZ, {}).value();
+  EXPECT_THAT(DiagnosisText(diagnosis), HasSubstr("indoors or underground, by 3 stations\n"));
+  rooms.sights.stations.setZero();
+  rooms.sights.stations.row(2).setConstant(1000);
+  const ScanDiagnosis wrong = DiagnoseScan(rooms, UpDirection::kZ, {}).value();
+  EXPECT_THAT(DiagnosisText(wrong), HasSubstr("3 stations, not believed\n"));
+  EXPECT_THAT(wrong.advice, Contains(HasSubstr("The stations of the scan contradict")));
+
+  rooms.sights = {};
+  EXPECT_EQ(SettingOf(rooms, UpDirection::kZ), ScanSetting::kUnknown);
 }
 
 using DiagnoseProgramTest = ProgramFixture;
