@@ -41,7 +41,6 @@ enum class Mechanism {
   kFoldGuard,
   kSharpFootPoints,
   kReachPoints,
-  kGiveWay,
   kFewerFaces,
 };
 
@@ -76,7 +75,6 @@ inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
     {Mechanism::kFoldGuard, "fold_guard"},
     {Mechanism::kSharpFootPoints, "sharp_foot_points"},
     {Mechanism::kReachPoints, "reach_points"},
-    {Mechanism::kGiveWay, "give_way"},
     {Mechanism::kFewerFaces, "fewer_faces"},
 });
 

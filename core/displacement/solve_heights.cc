@@ -90,7 +90,6 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> lengths, ChooseFilterLengths(problem, context));
   RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, context));
-  if (!IsLeftOut(Mechanism::kGiveWay)) problem.GiveWay(heights, RegionLevel(problem));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
   SolvedHeights solved;
   solved.measured = MeasuredVertices(problem, limit);

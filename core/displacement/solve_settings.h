@@ -46,9 +46,6 @@ struct SolveSettings {
   // Residual at which a point's weight is a quarter, in the larger of its noise and `least_noise`
   // spacings.
   double robust_residual = 5, least_noise = 0.15;
-  // Bending at which a row of the plate weighs a quarter, in mean bendings of its region: the plate
-  // gives way at edges that no crease of the domain tells (machined parts, clean).
-  double give_way = 4;
   // Conjugate gradients: steps on each level, and where heights are only to be compared; and the
   // residual, relative to the right side, that ends them.
   int steps = 40, trial_steps = 10;

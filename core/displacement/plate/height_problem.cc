@@ -104,9 +104,6 @@ Stiffness HeightProblem::StiffnessOf(int level, const std::vector<float>& length
       stiffness.height[v] = static_cast<float>(height * stiffness.bend[v]);
     }
   }
-  if (level == finest() && !give_way_.empty()) {
-    for (size_t v = 0; v < stiffness.bend.size(); ++v) stiffness.bend[v] *= give_way_[v];
-  }
   return stiffness;
 }
 
@@ -160,23 +157,6 @@ absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const Run
   }
   domain_weight_ = kSolve.domain_weight;
   return absl::OkStatus();
-}
-
-void HeightProblem::GiveWay(const std::vector<float>& heights, int region_level) {
-  const PlateLevel& plate = levels_.back();
-  std::vector<float> bend(plate.vertex_count()), rows(plate.vertex_count());
-  for (int v = 0; v < plate.vertex_count(); ++v) {
-    rows[v] = plate.inverse_edge2[v] > 0 ? 1 : 0;
-    bend[v] = rows[v] * std::abs(BendAt(plate, heights, v)) * plate.inverse_edge2[v];
-  }
-  std::vector<float> mean = Restrict(*refinement_, finest(), region_level, bend);
-  const std::vector<float> count = Restrict(*refinement_, finest(), region_level, rows);
-  for (size_t v = 0; v < mean.size(); ++v) mean[v] /= std::max(count[v], 1.0f);
-  mean = Prolong(*refinement_, region_level, finest(), std::move(mean));
-  give_way_.resize(bend.size());
-  for (size_t v = 0; v < bend.size(); ++v) {
-    give_way_[v] = static_cast<float>(RobustWeight(bend[v], kSolve.give_way * mean[v]));
-  }
 }
 
 absl::StatusOr<std::vector<int>> HeightProblem::RegionOfPoints(int level,

@@ -50,9 +50,6 @@ class HeightProblem {
   // Points far from the heights of the finest level lose weight; those without a foot weigh 1, for
   // when they get one.
   absl::Status Reweigh(const std::vector<float>& heights, const RunContext& context);
-  // The plate gives way where it bends much more than it does around, on the finest level alone.
-  // `region_level`: regions are its vertices.
-  void GiveWay(const std::vector<float>& heights, int region_level);
 
   // Per point, the vertex of `level` nearest to its foot; -1 where it has none.
   absl::StatusOr<std::vector<int>> RegionOfPoints(int level, const RunContext& context) const;
@@ -81,7 +78,6 @@ class HeightProblem {
   std::vector<float> weights_;     // per foot
   double domain_weight_ = 0;       // while points far from the domain weigh next to nothing
   std::vector<PointTerm> terms_;   // per level, of the weights
-  std::vector<float> give_way_;    // per vertex of the finest level; empty: nowhere
   std::vector<uint8_t> measured_;  // per vertex of the finest level; empty: all
 };
 
