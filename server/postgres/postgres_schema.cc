@@ -107,6 +107,8 @@ constexpr Migration kMigrations[] = {{1, R"(
     PRIMARY KEY(job_id, step, part)) WITH (fillfactor = 50);
   CREATE INDEX job_parts_by_worker ON job_parts(worker))"},
                                      {1, R"(
+  -- In the order in which workers lock them, who go on meanwhile.
+  LOCK TABLE queue, job_parts IN ACCESS EXCLUSIVE MODE;
   -- `twice` is 2 where the second result (`other`, by whom) is not the first; after a third one
   -- `other_by` is who was wrong.
   ALTER TABLE job_parts ADD other BYTEA NOT NULL DEFAULT '', ADD other_by BYTEA NOT NULL DEFAULT '';

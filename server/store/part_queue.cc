@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "core/base/status_macros.h"
 #include "server/store/job_queue.h"
 
@@ -15,6 +16,20 @@ constexpr int kMostTries = 3;
 // Parts that nobody has, and that are to be done, for the first time or once more.
 constexpr char kOpen[] = "worker = '' AND (result = '' OR twice > 0)";
 
+constexpr char kHelps[] = "/help";
+
+// The worker, whether it leads or helps.
+std::string WhoIs(const std::string& worker) {
+  return std::string(absl::StripSuffix(worker, kHelps));
+}
+
+// A part that this worker, of these two names, has done before. Its memory or its processor may be
+// at fault, so that it would find the same again.
+std::string IsByItself(const std::string& leads, const std::string& helps) {
+  return absl::StrCat("(result <> '' AND (found_by IN (", leads, ", ", helps, ") OR other_by IN (",
+                      leads, ", ", helps, ")))");
+}
+
 int64_t NumberOf(PartStep step) { return static_cast<int64_t>(step); }
 
 // Where the parts begin of which each so many-th is done twice: not at the same one in all jobs.
@@ -26,7 +41,7 @@ int64_t FirstChecked(const std::string& job_id, int64_t checked_share) {
 
 }  // namespace
 
-std::string NameOfHelper(const std::string& worker) { return absl::StrCat(worker, "/help"); }
+std::string NameOfHelper(const std::string& worker) { return absl::StrCat(worker, kHelps); }
 
 absl::StatusOr<bool> PartQueue::IsInForce(const PartWorker& worker) {
   // Neither finished nor taken by another leader before this transaction ends.
@@ -80,13 +95,20 @@ absl::Status PartQueue::CheckRecipe(const PartWorker& worker) {
 
 absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartStep step, int count,
                                                 int64_t checked_share) {
+  static const std::string own = IsByItself("$5", "$6");
+  // The leader compares its own results where nobody else does. Of two that differ a third worker
+  // finds the right one, as long as there may be one: until nothing was done for the time of a
+  // lease.
   static const std::string sql = absl::StrCat(
       "UPDATE job_parts SET worker = $3, claim = claim + 1, lease_until = now() + ", kLease,
       " WHERE job_id = $1 AND step = $2 AND part = (SELECT part FROM job_parts WHERE job_id = $1"
       " AND step = $2 AND ",
-      kOpen, " AND ($4 <> 0 OR claim < ", kMostTries,
-      ") ORDER BY result <> '', $3 IN (found_by, other_by), part LIMIT 1 FOR UPDATE SKIP LOCKED)"
-      " RETURNING part, claim");
+      kOpen, " AND CASE WHEN $4 = 0 THEN claim < ", kMostTries, " AND NOT ", own,
+      " ELSE twice < 2 OR NOT ", own,
+      " OR NOT EXISTS(SELECT 1 FROM job_parts AS latest WHERE latest.job_id = $1 AND latest.step ="
+      " $2 AND latest.lease_until > now()) END ORDER BY result <> '', ",
+      own, ", part LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING part, claim");
+  const std::string who = WhoIs(worker.worker);
   Turn turn;
   const absl::Status taken = database_->TransactUnflushed([&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(const bool in_force, IsInForce(worker));
@@ -98,6 +120,7 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
     }
     RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
     query.Bind(worker.job_id).Bind(NumberOf(step)).Bind(worker.worker).Bind(worker.claim);
+    query.Bind(who).Bind(NameOfHelper(who));
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
     if (!row) {
       if (turn.done == count) {
@@ -164,9 +187,22 @@ absl::StatusOr<PartQueue::Finished> PartQueue::Finish(const PartClaim& claim,
     RILIEVO_RETURN_IF_ERROR(query.Run());
   }
   Finished finished;
+  const std::string& agrees = known == result ? found_by : other_by;
   if (known.empty()) {
     known = result;
     found_by = claim.worker;
+    if (twice == 2) {  // what it differed from is lost
+      other.clear();
+      other_by.clear();
+      twice = 1;
+    }
+  } else if (twice == 2 && (known == result || other == result) &&
+             WhoIs(agrees) == WhoIs(claim.worker)) {
+    return absl::InternalError(
+        absl::StrCat("part ", claim.part, " of step ", NumberOf(claim.step), " is ", known, " as ",
+                     found_by, " has done it, and ", other, " as ", other_by,
+                     " has; no third worker is there to tell who"
+                     " is right: the memory or the processor of one of them is at fault"));
   } else if (known == result) {
     finished = {Kept::kSame, other_by};
     twice = 0;
@@ -186,10 +222,11 @@ absl::StatusOr<PartQueue::Finished> PartQueue::Finish(const PartClaim& claim,
         " has done it, ", other, " as ", other_by, " has, and ", result, " as ", claim.worker,
         " has: the memory or the processor of two of them is at fault"));
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("UPDATE job_parts SET worker = '', lease_until = NULL, result"
-                                      " = $4, found_by = $5, other = $6, other_by = $7, twice = $8"
-                                      " WHERE job_id = $1 AND step = $2 AND part = $3"));
+  static const std::string sql = absl::StrCat(
+      "UPDATE job_parts SET worker = '', lease_until = now() + ", kLease,
+      ", result = $4, found_by = $5, other = $6, other_by = $7, twice = $8 WHERE job_id"
+      " = $1 AND step = $2 AND part = $3");
+  RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
   query.Bind(claim.job_id).Bind(NumberOf(claim.step)).Bind(claim.part);
   query.Bind(known).Bind(found_by).Bind(other).Bind(other_by).Bind(twice);
   RILIEVO_RETURN_IF_ERROR(query.Run());
@@ -250,10 +287,10 @@ absl::StatusOr<std::vector<std::string>> PartQueue::JobsToHelp(const std::string
       "SELECT job_id FROM queue WHERE worker <> '' AND worker <> $1 AND memory <= $2 AND"
       " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND recipe = $3 AND"
       " job_parts.claim < ",
-      kMostTries, " AND step < ", NumberOf(PartStep::kCoded), " AND job_parts.", kOpen,
-      ") ORDER BY number LIMIT 16");
+      kMostTries, " AND step < ", NumberOf(PartStep::kCoded), " AND NOT ", IsByItself("$1", "$4"),
+      " AND job_parts.", kOpen, ") ORDER BY number LIMIT 16");
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
-  query.Bind(worker).Bind(memory).Bind(recipe);
+  query.Bind(worker).Bind(memory).Bind(recipe).Bind(NameOfHelper(worker));
   std::vector<std::string> jobs;
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());

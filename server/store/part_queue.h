@@ -53,7 +53,8 @@ class PartQueue {
   };
   // The next of the step's `count` parts, in a transaction of its own. One part in `checked_share`
   // of a step that has several is done twice, by another worker where there is one. Those who help
-  // leave a part that was taken kMostTries times to the worker that leads.
+  // never compare with what they have found themselves, and leave a part that was taken kMostTries
+  // times to the worker that leads.
   // FAILED_PRECONDITION when the job is finished, was removed, or has another leader or parts of
   // another recipe, or nothing is open to one who helps and nobody leads; INTERNAL when other
   // workers have cut the step into another number of parts.
@@ -72,7 +73,8 @@ class PartQueue {
     std::string wrong_by = {};  // where two of three results are the same: whose is not
     std::string wrong = {};     // and the blob, where it is corrected
   };
-  // Within a transaction. INTERNAL when three different results came of the part.
+  // Within a transaction. INTERNAL when three different results came of the part, and when one
+  // worker has found the same again where another one differs: that tells nothing.
   absl::StatusOr<Finished> Finish(const PartClaim& claim, const std::string& result);
 
   // The blob of a part that is done; empty when there is none.
@@ -88,8 +90,8 @@ class PartQueue {
   // Their leases go on; parts whose lease is over are free. In a transaction of its own.
   absl::Status Renew(const std::vector<PartClaim>& held);
 
-  // Jobs with parts that wait for somebody to help, oldest first: of those that another one leads,
-  // that need no more memory, by the same recipe.
+  // Jobs with parts that wait for this worker to help, oldest first: of those that another one
+  // leads, that need no more memory, by the same recipe.
   absl::StatusOr<std::vector<std::string>> JobsToHelp(const std::string& worker, int64_t memory,
                                                       const std::string& recipe);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <thread>
 #include <vector>
 
@@ -184,6 +185,29 @@ TEST_F(PostgresDatabaseTest, ManyServersMakeTheTablesOnce) {
   EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM rilievo_schema"),
             *database.Number("SELECT MAX(version) FROM rilievo_schema"));
   EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM jobs"), 0);
+}
+
+// Who comes to its parts reads both tables, as PartQueue::Take does.
+TEST_F(PostgresDatabaseTest, TablesAreChangedUnderWorkers) {
+  PostgresDatabase database(url_), worker(url_), other(url_);
+  ASSERT_TRUE(MakePostgresTables(&database).ok());
+  ASSERT_TRUE(database
+                  .Execute("DROP VIEW reserved; ALTER TABLE queue DROP owner, DROP parts_bytes;"
+                           " ALTER TABLE job_parts DROP other, DROP other_by;"
+                           " DELETE FROM rilievo_schema WHERE version = 4")
+                  .ok());
+  std::future<absl::Status> made;
+  const absl::Status taken = worker.TransactUnflushed([&]() -> absl::Status {
+    EXPECT_TRUE(worker.Number("SELECT COUNT(*) FROM queue").ok());
+    made = std::async(std::launch::async, [&] { return MakePostgresTables(&database); });
+    while (*other.Number("SELECT COUNT(*) FROM pg_locks WHERE NOT granted") == 0 &&
+           made.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+    }
+    return worker.Number("SELECT COUNT(*) FROM job_parts").status();
+  });
+  EXPECT_TRUE(taken.ok()) << taken;
+  const absl::Status changed = made.get();
+  EXPECT_TRUE(changed.ok()) << changed;
 }
 
 TEST_F(PostgresDatabaseTest, TablesOfALaterVersionAreUsedIfTheyAllowIt) {

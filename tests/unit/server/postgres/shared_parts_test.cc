@@ -123,6 +123,42 @@ TEST_F(SharedPartsTest, AThirdResultDecides) {
     EXPECT_FALSE(take(Leader()).was_wrong) << "it may begin anew";
   }
   EXPECT_FALSE(store_->blobs().BytesOf(ContentNameOf("wrong")).ok());
+  Counts();
+}
+
+// Of two workers that differ, whoever is asked again would find the same again.
+TEST_F(SharedPartsTest, OneOfTwoThatDifferDoesNotDecide) {
+  ASSERT_TRUE(Keep(*Take(Leader()), "right").ok());
+  for (const char* bytes : {"1", "2"}) ASSERT_TRUE(Keep(*Take(Leader()), bytes).ok());
+  EXPECT_THAT(ToHelp("leader"), IsEmpty());
+  EXPECT_FALSE(Take(Helper(NameOfHelper("leader")))) << "it is the same worker";
+  EXPECT_THAT(ToHelp("helper"), ElementsAre("`"));
+  ASSERT_TRUE(Keep(*Take(Helper(NameOfHelper("helper"))), "wrong").ok());
+  for (const char* name : {"helper", "leader"}) {
+    EXPECT_FALSE(Take(Helper(name))) << name;
+    EXPECT_FALSE(Take(Helper(NameOfHelper(name)))) << name;
+  }
+  EXPECT_THAT(ToHelp("helper"), IsEmpty());
+  EXPECT_THAT(ToHelp("third"), ElementsAre("`"));
+  EXPECT_FALSE(Take(Leader())) << "a third worker may come";
+  ASSERT_TRUE(database_->Execute("UPDATE job_parts SET lease_until = now()").ok());
+  const auto last = Take(Leader());
+  ASSERT_TRUE(last);
+  const absl::Status undecided = Keep(*last, "right");
+  EXPECT_TRUE(absl::IsInternal(undecided)) << undecided;
+  EXPECT_THAT(std::string(undecided.message()), testing::HasSubstr("no third worker"));
+  // As if the worker that led were back as one who helps, and had the part.
+  ASSERT_TRUE(database_
+                  ->Execute("UPDATE job_parts SET found_by = 'helper/help', other_by ="
+                            " 'leader/help' WHERE part = 0 AND other <> ''")
+                  .ok());
+  EXPECT_TRUE(absl::IsInternal(Keep(*last, "wrong")));
+  EXPECT_EQ(Bytes(0), "right");
+  EXPECT_THAT(reports_, IsEmpty());
+  Counts();
+}
+
+TEST_F(SharedPartsTest, ThreeThatDifferDecideNothing) {
   const auto take = [&](const PartWorker& worker) {
     return *store_->TakePart(worker, PartStep::kHeights, 2)->claim;
   };
