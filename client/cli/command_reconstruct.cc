@@ -135,7 +135,7 @@ absl::StatusOr<bool> InParts(const Arguments& arguments, const std::string& path
   if (!possible.ok()) {
     return WithMessage(possible, absl::StrCat(too_large, ". ", possible.message()));
   }
-  const int64_t of_parts = EstimateMemoryOfParts(PartSizes::Of(arguments.part_points));
+  const int64_t of_parts = EstimateMemoryOfParts(PartSizes::Of(arguments.part_points), size.points);
   if (size.limit < of_parts) {
     return WithExitCode(absl::ResourceExhaustedError(absl::StrCat(
                             too_large, "; by parts they take up to ", MemoryText(of_parts),

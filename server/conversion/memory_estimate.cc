@@ -4,6 +4,7 @@
 
 #include "core/control/implicit/implicit_function.h"
 #include "core/control/spherical/spherical_control_mesh.h"
+#include "core/paging/paged_scan.h"
 #include "core/pipeline/sample_heights.h"
 
 namespace rilievo {
@@ -44,6 +45,8 @@ constexpr int64_t kFewestMade = 64;
 // 41 MB of 20 000 points in parts of 2048, 86 MB of 200 000 in parts of 8192, 243 MB of 1 000 000
 // in parts of 131 072, and 1 113 MB of 10 000 000 in the usual ones.
 constexpr int64_t kSmallestParts = 85'000'000, kPartPoint = 1900, kFurtherPartPoint = 1280;
+// Of a page of the scan: the boxes of its stretches, and those of the runs of pages above them.
+constexpr int64_t kPageOfParts = 2600;
 constexpr int64_t kManyPartPoints = 131'072;
 // See FitOptions::sample_level.
 constexpr int64_t kMostSamples = 60'000;
@@ -66,7 +69,7 @@ int64_t Samples(int64_t control_faces, int64_t points, int asked_level) {
 }  // namespace
 
 int64_t EstimateMemory(const JobRequest& job) {
-  if (job.parts) return EstimateMemoryOfParts(PartSizes::Of(job.parts->points));
+  if (job.parts) return EstimateMemoryOfParts(PartSizes::Of(job.parts->points), job.size.points);
   if (job.size.base_bytes > 0) {
     return kProgramBytes + kUpdatedVertex * job.base_vertices + kUpdatedPoint * job.size.points +
            2 * job.size.base_bytes;
@@ -106,9 +109,10 @@ int64_t EstimateMemory(const JobRequest& job) {
   return kProgramBytes + std::max({check, analysis, fit, surface});
 }
 
-int64_t EstimateMemoryOfParts(const PartSizes& sizes) {
+int64_t EstimateMemoryOfParts(const PartSizes& sizes, int64_t points) {
   const int64_t first = std::min(sizes.part_points, kManyPartPoints);
-  return kSmallestParts + kPartPoint * first + kFurtherPartPoint * (sizes.part_points - first);
+  return kSmallestParts + kPartPoint * first + kFurtherPartPoint * (sizes.part_points - first) +
+         kPageOfParts * (points / kPagePoints);
 }
 
 }  // namespace rilievo

@@ -14,7 +14,8 @@ namespace rilievo {
 // which it is shows only later.
 int64_t EstimateMemory(const JobRequest& job);
 
-// The same of a scan that is made in parts of these sizes, however large it is.
-int64_t EstimateMemoryOfParts(const PartSizes& sizes);
+// The same of a scan that is made in parts of these sizes: two thirds of a byte for each of its
+// `points`, and what a part takes.
+int64_t EstimateMemoryOfParts(const PartSizes& sizes, int64_t points);
 
 }  // namespace rilievo

@@ -104,14 +104,15 @@ absl::Status JobBoard::Restore() {
 
 // One whose mesh is lost needs none, and fails as soon as it begins.
 int64_t JobBoard::MemoryOf(const StoredJob& stored) const {
-  if (const auto points = static_cast<int64_t>(stored.job.part_points()); points > 0) {
-    return EstimateMemoryOfParts(PartSizes::Of(points));
-  }
   const auto header = WholeHeader(store_->blobs(), stored);
   if (!header.ok()) return 0;
-  const auto parsed = ParseHeader(*header, core_->options);
-  const auto* request = std::get_if<JobRequest>(&parsed);
-  return request == nullptr ? 0 : EstimateMemory(*request);
+  auto parsed = ParseHeader(*header, core_->options);
+  auto* request = std::get_if<JobRequest>(&parsed);
+  if (request == nullptr) return 0;
+  if (const auto points = static_cast<int64_t>(stored.job.part_points()); points > 0) {
+    request->parts = PartsRequest{points, {}};
+  }
+  return EstimateMemory(*request);
 }
 
 void JobBoard::Add(StoredJob stored) {

@@ -45,7 +45,8 @@ std::optional<CallError> FitIntoMemory(const ServerOptions& options, JobRequest*
   const int64_t needed = EstimateMemory(*job), limit = options.MemoryOfJob();
   if (needed <= limit) return std::nullopt;
   const auto megabytes = [](int64_t bytes) { return absl::StrCat(bytes / 1'000'000, " MB"); };
-  const int64_t of_parts = EstimateMemoryOfParts(PartSizes::Of(options.part_points));
+  const int64_t of_parts =
+      EstimateMemoryOfParts(PartSizes::Of(options.part_points), job->size.points);
   std::string parts;
   if (options.scratch.empty()) {
     parts = "with --scratch its operator can have such scans made by parts";

@@ -49,7 +49,7 @@ TEST(JobError, WhatDoesNotFitIsMadeByPartsWhereItCanBe) {
   EXPECT_FALSE(FitIntoMemory(options, &job).has_value());
   ASSERT_TRUE(job.parts.has_value());
   EXPECT_EQ(job.parts->points, 4096);
-  EXPECT_EQ(EstimateMemory(job), EstimateMemoryOfParts(PartSizes::Of(4096)));
+  EXPECT_EQ(EstimateMemory(job), EstimateMemoryOfParts(PartSizes::Of(4096), 1'000'000));
   EXPECT_FALSE(CheckScratch(job).has_value());
   job.size.points = int64_t{1} << 50;
   EXPECT_EQ(CheckScratch(job)->reason, ErrorCause::kStoreFull);
