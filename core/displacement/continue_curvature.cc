@@ -62,6 +62,7 @@ class CurvatureContinuation {
     std::vector<float> before;
     for (const int v : vertices) before.push_back(heights_[v]);
     double first = -1, least = 0;
+    bool bounded = false;  // a height is at its bound, so that the rest have not found their place
     Eigen::SimplicialLDLT<SparseMatrix> solver;
     for (int step = 0; step <= kMostSteps; ++step) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -83,14 +84,17 @@ class CurvatureContinuation {
       const Eigen::VectorXd move =
           solver.solve(-(transposed * (stiffness_ * curvature_)) - held.cwiseProduct(off));
       if (!move.allFinite()) break;
+      bounded = false;
       for (int i = 0; i < around.moved; ++i) {
         const HeightBounds bounds = BoundsOf(vertices[i], rings_, limit_, max_height);
         float& height = heights_[vertices[i]];
-        height = std::clamp(static_cast<float>(height + move[i]), bounds.lowest, bounds.highest);
+        const auto moved = static_cast<float>(height + move[i]);
+        height = std::clamp(moved, bounds.lowest, bounds.highest);
+        bounded |= height != moved;
       }
       if (move.lpNorm<Eigen::Infinity>() < kLeastMove) break;
     }
-    const int kept = least < first ? around.part : 0;
+    const int kept = least < first && !bounded ? around.part : 0;
     for (size_t i = kept; i < vertices.size(); ++i) heights_[vertices[i]] = before[i];
     for (const int v : vertices) place_[v] = -1;
     return absl::OkStatus();
@@ -231,11 +235,13 @@ absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRing
   CurvatureContinuation continuation(rings, limit, &field->heights);
   for (size_t seed = 0; seed < marks.size(); ++seed) {
     if (field->source[seed] != HeightSource::kFilled || is_done[seed] != 0) continue;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const Surroundings around =
         SurroundingsOf(static_cast<int>(seed), rings, field->source, &marks);
     for (int i = 0; i < around.part; ++i) is_done[around.vertices[i]] = 1;
     const auto curved = around.vertices.begin() + around.curved;
-    if (around.moved > kMostContinued ||
+    const bool is_all = around.vertices.size() == static_cast<size_t>(around.part);
+    if (is_all || around.moved > kMostContinued ||
         std::any_of(around.vertices.begin(), curved, [&](int v) { return is_edge[v] != 0; })) {
       continue;
     }

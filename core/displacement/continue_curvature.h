@@ -18,8 +18,9 @@ namespace rilievo {
 // would grow inwards: those within a third of its radius move along, held by their squares, and are
 // put back at the end. Solved by Gauss-Newton steps, in which w, n and the areas are those of the
 // step before. A part stays as it is where two rings around what moves come to a boundary, a crease
-// or a corner, and where more than kMostContinued vertices move, which rounding would tell.
-// `rings`, `limit`: of the finest level. CANCELLED is the only error.
+// or a corner, where more than kMostContinued vertices move, which rounding would tell, where it is
+// a whole component, and where a height comes to its bound (BoundsOf). `rings`, `limit`: of the
+// finest level. CANCELLED is the only error.
 absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
                                const LimitSurface& limit, const DisplacementOptions& options,
                                const RunContext& context, DisplacementField* field);

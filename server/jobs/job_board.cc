@@ -110,7 +110,7 @@ int64_t JobBoard::MemoryOf(const StoredJob& stored) const {
   auto* request = std::get_if<JobRequest>(&parsed);
   if (request == nullptr) return 0;
   if (const auto points = static_cast<int64_t>(stored.job.part_points()); points > 0) {
-    request->parts = PartsRequest{points, {}};
+    request->parts = PartsRequest{points, ScratchFolder(core_->options.scratch)};
   }
   return EstimateMemory(*request);
 }

@@ -66,7 +66,7 @@ std::optional<float> PairOrder(const PolygonSet& polygons, const Side& side) {
   if (!cost) return std::nullopt;
   const bool last = PartnersOf(polygons, polygons.WithSide(side[0], side[1])) == 1 ||
                     PartnersOf(polygons, polygons.WithSide(side[1], side[0])) == 1;
-  return last ? *cost - kLastPartner : *cost;
+  return last ? *cost : *cost + kLastPartner;  // a KeyHeap takes no key below 0
 }
 
 class GreedyPairing {
