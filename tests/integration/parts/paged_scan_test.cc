@@ -144,11 +144,11 @@ TEST(PagedScanTest, ThinnedOrNotTheDomainIsFittedToAllPoints) {
 
 TEST(PagedScanTest, PartsInQuadsAreAsGoodAsTheWhole) {
   const ShapePtr shape = MakeShape("genus2").value();
-  const Eigen::Matrix3Xd points = EvenPoints(*shape, 10000);
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 20000);
   ReconstructOptions options;
   options.control.scheme = DomainScheme::kCatmullClark;
   const Reconstruction whole = Reconstruct(PointCloud{points}, options, RunContext{}).value();
-  const PartSizes sizes{.coarse_points = 10000, .part_points = 8192, .block_vertices = 2000};
+  const PartSizes sizes{.coarse_points = 20000, .part_points = 16384, .block_vertices = 2000};
   const Reconstruction parts = InParts(points, sizes, options);
   const DisplacedSurface decoded = DecodedOf(parts);
   EXPECT_TRUE(decoded.control_mesh.quads());

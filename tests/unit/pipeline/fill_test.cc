@@ -54,6 +54,21 @@ TEST(FillTest, ACapOfASphereComesBack) {
   }
 }
 
+// The back of a cap is flatter than a sphere's, but comes nowhere through the cap.
+TEST(FillTest, ABackLargerThanTheScanStaysBehindIt) {
+  const Inside is_missing = [](const Eigen::Vector3d& p) { return p[2] < 0.4; };
+  ReconstructOptions options;
+  options.control.boundary = BoundaryRule::kClose;
+  options.control.topology = Topology::kArbitrary;
+  const auto made = Reconstruct(SphereWithout(9000, is_missing), options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->report.boundary_loops, 0);
+  EXPECT_LT(made->report.error.b_to_a.rms, 1e-3);
+  const TriangleMesh mesh =
+      Tessellate(made->surface, made->surface.max_level, RunContext{}).value();
+  EXPECT_LT(mesh.vertices.row(2).maxCoeff(), 1.01);
+}
+
 // Of caps of a sphere, the one with the shorter rim.
 TEST(FillTest, HolesWithAShortRimAloneAreClosed) {
   const Inside small = [](const Eigen::Vector3d& p) { return p[2] > 0.9; };
