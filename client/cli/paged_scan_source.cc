@@ -17,6 +17,7 @@
 #include "absl/strings/str_join.h"
 #include "client/cli/working_server.h"
 #include "core/base/status_macros.h"
+#include "core/paging/parts_recipe.h"
 #include "core/paging/saved_value.h"
 #include "core/paging/scan_pager.h"
 #include "core/pipeline/reconstruct.h"
@@ -64,10 +65,11 @@ absl::StatusOr<std::string> IdentityOf(const std::string& path, const ScanArgume
   asked.clear_threads();
   const PlaceArguments& place = options.place;
   return absl::StrJoin(
-      {std::string("rilievo " RILIEVO_VERSION), absolute, absl::StrCat(file.st_size),
-       absl::StrCat(file.st_mtim.tv_sec, ".", file.st_mtim.tv_nsec), arguments.format,
-       asked.SerializeAsString(), options.height_step, options.max_error, options.close_holes_below,
-       options.bridge_gaps_below, place.unit, place.up, place.crs, absl::StrCat(sizes.part_points)},
+      {absl::StrCat("rilievo " RILIEVO_VERSION " ", kPartsRecipe), absolute,
+       absl::StrCat(file.st_size), absl::StrCat(file.st_mtim.tv_sec, ".", file.st_mtim.tv_nsec),
+       arguments.format, asked.SerializeAsString(), options.height_step, options.max_error,
+       options.close_holes_below, options.bridge_gaps_below, place.unit, place.up, place.crs,
+       absl::StrCat(sizes.part_points)},
       std::string(1, '\0'));
 }
 
@@ -131,9 +133,13 @@ absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments
                              IdentityOf(path, arguments, options, scratch.sizes));
     RILIEVO_ASSIGN_OR_RETURN(KeptScratch kept, KeptScratch::Open(scratch.folder, identity));
     paged.kept = std::make_shared<KeptScratch>(std::move(kept));
-    folder = paged.kept->folder();
     RILIEVO_ASSIGN_OR_RETURN(const bool found, FindPaged(context, &paged));
     if (found) return paged;
+    // What was made of other pages, or of some that are damaged, goes with them.
+    paged.kept->Remove();
+    RILIEVO_ASSIGN_OR_RETURN(KeptScratch anew, KeptScratch::Open(scratch.folder, identity));
+    paged.kept = std::make_shared<KeptScratch>(std::move(anew));
+    folder = paged.kept->folder();
   }
   const absl::Status read = ReadIntoPages(path, arguments, folder, context, &paged);
   if (IsLasting(read) && paged.kept != nullptr) paged.kept->Remove();

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/paging/parts_recipe.h"
 #include "server/conversion/call_error.h"
 #include "server/store/content_name.h"
 
@@ -60,7 +61,7 @@ PartsInStore::PartsInStore(JobStore* store, const StoredJob& job, const ServerOp
       stop_(std::move(stop)) {}
 
 std::string PartsInStore::Recipe(const ServerOptions& options) {
-  return absl::StrCat(RILIEVO_VERSION, " ", options.max_surface_faces);
+  return absl::StrCat(RILIEVO_VERSION, " ", kPartsRecipe, " ", options.max_surface_faces);
 }
 
 // Where that fails, its lease runs out.

@@ -1,6 +1,7 @@
 // Scans larger than memory, as people make surfaces of them.
 #include <thread>
 
+#include "client/cli/paged_scan_source.h"
 #include "client/cli/parts_choice.h"
 #include "tests/unit/cli/program_fixture.h"
 
@@ -46,6 +47,21 @@ TEST_F(PartsTest, AKilledRunGoesOnWhereItWas) {
   EXPECT_THAT(ended.err, ::testing::Not(HasSubstr("control mesh"))) << "done again";
   EXPECT_EQ(Content(At("kept.dss")), Content(At("whole.dss")));
   EXPECT_THAT(Kept(), ::testing::IsEmpty());
+}
+
+TEST_F(PartsTest, PartsOfPagesThatAreNotThereAreNotUsed) {
+  const auto load = [&] { return LoadPaged(At("scan.ply"), {}, {}, {At("scratch"), {}}, {}); };
+  {
+    const absl::StatusOr<PagedFile> paged = load();
+    ASSERT_TRUE(paged.ok()) << paged.status();
+    ASSERT_TRUE(paged->kept->folder().Save("coarse", {}).ok());
+  }
+  ASSERT_TRUE(load().ok());
+  EXPECT_THAT(Kept(), ::testing::IsSupersetOf({"file", "coarse"}));
+  fs::resize_file(fs::directory_iterator(At("scratch"))->path() / "file", 0);
+  ASSERT_TRUE(load().ok());
+  EXPECT_THAT(Kept(), ::testing::Contains("file"));
+  EXPECT_THAT(Kept(), ::testing::Not(::testing::Contains("coarse")));
 }
 
 TEST_F(PartsTest, WhatTheyMakeIsVerifiedByParts) {
