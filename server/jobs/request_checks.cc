@@ -79,11 +79,15 @@ std::optional<CallError> ReadPage(const v1::ListJobsRequest& request, int* limit
 std::string PageToken(int64_t before) { return before > 0 ? absl::StrCat(before) : ""; }
 
 CallError ErrorOfStore(const absl::Status& status) {
-  if (auto stated = StatedError(status)) return *std::move(stated);
+  auto stated = StatedError(status);
   if (absl::IsResourceExhausted(status)) {
-    return CallError(ErrorCause::kStoreFull, "the server has no room to store it; try again later")
-        .RetryAfter(std::chrono::seconds(30));
+    if (!stated) {
+      stated =
+          CallError(ErrorCause::kStoreFull, "the server has no room to store it; try again later");
+    }
+    return stated->RetryAfter(std::chrono::seconds(30));
   }
+  if (stated) return *std::move(stated);
   if (absl::IsUnavailable(status)) {
     LogMessage(absl::StrCat("store: ", status.message()));
     return CallError(ErrorCause::kStoreBusy,

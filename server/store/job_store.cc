@@ -93,7 +93,8 @@ absl::Status JobStore::BeginUpload(const std::string& owner, const std::string& 
                                    int64_t bytes) {
   const auto tables = tables_->Take();
   RILIEVO_ASSIGN_OR_RETURN(const auto known, tables->FindUpload(name));
-  RILIEVO_RETURN_IF_ERROR(MakeRoom(tables.get(), owner, bytes - (known ? known->bytes : 0), name));
+  RILIEVO_RETURN_IF_ERROR(
+      MakeRoom(tables.get(), owner, bytes - (known ? known->bytes : 0), {.upload = name}));
   return Write(tables.get(), [&] { return tables->PutUpload(owner, name, bytes, clock_.Now()); });
 }
 
@@ -158,23 +159,34 @@ absl::Status JobStore::SetScanAside(const std::string& scan) {
   return Free(tables.get(), [&] { return tables->ForgetScan(scan); });
 }
 
-absl::StatusOr<StoredJob> JobStore::Insert(StoredJob stored) {
+absl::StatusOr<StoredJob> JobStore::Insert(const StoredJob& job) {
+  for (;;) {
+    auto inserted = TryToInsert(job);
+    if (!absl::IsAborted(inserted.status())) return inserted;
+  }
+}
+
+absl::StatusOr<StoredJob> JobStore::TryToInsert(StoredJob stored) {
   RILIEVO_ASSIGN_OR_RETURN(const auto mesh, TakeControlMesh(*blobs_, &stored));
   const auto tables = tables_->Take();
   RILIEVO_ASSIGN_OR_RETURN(auto known, tables->Find(stored.owner, stored.job.request_id()));
   ReportDamaged(tables.get());
   if (known) return *std::move(known);
   RILIEVO_RETURN_IF_ERROR(BytesOfScan(tables.get(), stored.owner, stored.job.scan_id()).status());
-  RILIEVO_RETURN_IF_ERROR(
-      MakeRoom(tables.get(), stored.owner,
-               kJobRecordBytes + (mesh ? mesh->bytes() : 0) + stored.parts_bytes, ""));
+  RILIEVO_RETURN_IF_ERROR(MakeRoom(
+      tables.get(), stored.owner, kJobRecordBytes + (mesh ? mesh->bytes() : 0) + stored.parts_bytes,
+      {.scan = stored.job.scan_id()}));
   const auto insert = [&]() -> absl::Status {
-    // Making room may have taken it, or another server.
+    // Another server may have taken it to make room.
     RILIEVO_ASSIGN_OR_RETURN(const bool owned, tables->HasScan(stored.owner, stored.job.scan_id()));
     if (!owned) return NoSuchScan();
     RILIEVO_RETURN_IF_ERROR(tables->Insert(stored, /*end_ms=*/0, clock_.Now()));
     if (!shared_) return absl::OkStatus();
-    return JobQueue(&tables->database()).Insert(stored);
+    RILIEVO_RETURN_IF_ERROR(JobQueue(&tables->database()).Insert(stored));
+    if (stored.parts_bytes == 0) return absl::OkStatus();
+    // So much is worth a second look, now that nobody else takes any.
+    RILIEVO_ASSIGN_OR_RETURN(const bool fits, HasRoom(tables.get(), stored.owner, 0));
+    return fits ? absl::OkStatus() : absl::AbortedError("others have taken the room meanwhile");
   };
   const absl::Status inserted =
       mesh ? Adopt(tables.get(), *mesh, insert) : Write(tables.get(), insert);

@@ -104,8 +104,8 @@ class JobStore {
 
   // Keeps `job`, unless its owner has one of the same request_id: then that one is returned, and a
   // mesh of its header as blob in both cases. NOT_FOUND when its scan is not stored, or none of the
-  // owner's.
-  absl::StatusOr<StoredJob> Insert(StoredJob job);
+  // owner's. Room is made as for an upload, but not of its scan.
+  absl::StatusOr<StoredJob> Insert(const StoredJob& job);
 
   // NOT_FOUND when there is none, or it is another's; DATA_LOSS when its record is damaged.
   absl::StatusOr<StoredJob> Get(const std::string& owner, const std::string& job_id);
@@ -210,14 +210,25 @@ class JobStore {
   absl::Status ChangeJob(JobTables* tables, const StoredJob& job);
   absl::StatusOr<int64_t> BytesOfScan(JobTables* tables, const std::string& owner,
                                       const std::string& scan);
+  // ABORTED where the room for its parts was taken by others meanwhile.
+  absl::StatusOr<StoredJob> TryToInsert(StoredJob job);
+  // What an owner's room is made for, which does not go meanwhile; "": none.
+  struct Spared {
+    std::string upload = {};
+    std::string scan = {};
+  };
+  // STORE_FULL before anything goes where even without all that can go there is not enough.
   absl::Status MakeRoom(JobTables* tables, const std::string& owner, int64_t bytes,
-                        const std::string& for_upload);
-  // The same for what comes of a part, as far as it is more than what is kept free for it.
-  absl::Status MakeRoomForPart(JobTables* tables, const PartClaim& claim, int64_t bytes);
-  absl::StatusOr<bool> Evict(JobTables* tables, const std::string& owner,
-                             const std::string& except_upload);
+                        const Spared& spared);
+  absl::StatusOr<bool> HasRoom(JobTables* tables, const std::string& owner, int64_t bytes);
+  absl::Status CheckRoom(JobTables* tables, const std::string& owner, int64_t bytes,
+                         const Spared& spared);
+  // The same for what comes of a part, as far as it takes more than what is kept free for it.
+  absl::Status MakeRoomForPart(JobTables* tables, const PartClaim& claim, const StagedBlob& result);
+  absl::StatusOr<bool> Evict(JobTables* tables, const std::string& owner, const Spared& spared);
   absl::StatusOr<bool> EvictForSize(JobTables* tables, const std::string& owner, int64_t bytes,
-                                    const std::string& for_upload);
+                                    const Spared& spared);
+  int64_t BytesOfOwner() const;  // that one may have
   absl::Status RemoveOld();
   absl::Status KeepTime(JobTables* tables);
   void ReportDamaged(JobTables* tables);

@@ -47,10 +47,18 @@ std::vector<PartClaim> JobStore::HeldBy(const std::string& worker) const {
   return claims;
 }
 
-absl::Status JobStore::MakeRoomForPart(JobTables* tables, const PartClaim& claim, int64_t bytes) {
+absl::Status JobStore::MakeRoomForPart(JobTables* tables, const PartClaim& claim,
+                                       const StagedBlob& result) {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t reserved, tables->BytesReserved(claim.job_id));
-  if (bytes <= reserved) return absl::OkStatus();
-  const absl::Status made = MakeRoom(tables, claim.owner, bytes - reserved, "");
+  if (result.bytes() <= reserved) return absl::OkStatus();
+  // It adds nothing to what is there, whether it replaces that or goes.
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::string known,
+      PartQueue(&tables->database()).Result(claim.job_id, claim.step, claim.part));
+  if (!known.empty()) return absl::OkStatus();
+  RILIEVO_ASSIGN_OR_RETURN(const bool is_there, tables->Uses(claim.owner, result.name()));
+  if (is_there) return absl::OkStatus();
+  const absl::Status made = MakeRoom(tables, claim.owner, result.bytes() - reserved, {});
   if (!absl::IsResourceExhausted(made)) return made;
   return StatusOf({ErrorCause::kStoreFull,
                    "the store has no room for what comes of the parts of the job; delete jobs and "
@@ -60,7 +68,7 @@ absl::Status JobStore::MakeRoomForPart(JobTables* tables, const PartClaim& claim
 absl::Status JobStore::KeepPart(const PartClaim& claim, const BlobSource& bytes) {
   RILIEVO_ASSIGN_OR_RETURN(const auto staged, blobs_->StageFrom(bytes));
   const auto tables = tables_->Take();
-  RILIEVO_RETURN_IF_ERROR(MakeRoomForPart(tables.get(), claim, staged->bytes()));
+  RILIEVO_RETURN_IF_ERROR(MakeRoomForPart(tables.get(), claim, *staged));
   PartQueue::Finished finished;
   const absl::Status kept = Adopt(tables.get(), *staged, [&]() -> absl::Status {
     JobQueue queue(&tables->database());

@@ -1,8 +1,11 @@
 // How a store stays within its retention, and makes room.
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {
@@ -14,16 +17,16 @@ constexpr int kBatch = 200;  // rows of a transaction, so that calls come in bet
 
 // Whether something of the owner's could go, and went.
 absl::StatusOr<bool> JobStore::Evict(JobTables* tables, const std::string& owner,
-                                     const std::string& except_upload) {
+                                     const Spared& spared) {
   RILIEVO_ASSIGN_OR_RETURN(const auto uploads, tables->UploadsOf(owner));
   for (const auto& upload : uploads) {
-    if (upload.name == except_upload) continue;
+    if (upload.name == spared.upload) continue;
     RILIEVO_ASSIGN_OR_RETURN(const bool idle, uploads_->RemoveIfIdle(upload.name));
     if (!idle) continue;
     RILIEVO_RETURN_IF_ERROR(Free(tables, [&] { return tables->DropUpload(upload.name); }));
     return true;
   }
-  RILIEVO_ASSIGN_OR_RETURN(const auto scan, tables->OldestIdleScan(owner));
+  RILIEVO_ASSIGN_OR_RETURN(const auto scan, tables->OldestIdleScan(owner, spared.scan));
   if (scan) {
     RILIEVO_RETURN_IF_ERROR(Free(tables, [&] { return tables->DropScan(owner, *scan).status(); }));
     return true;
@@ -37,44 +40,64 @@ absl::StatusOr<bool> JobStore::Evict(JobTables* tables, const std::string& owner
 
 // For `bytes` more of `owner`: of who takes most, counting them; never of one that takes less.
 absl::StatusOr<bool> JobStore::EvictForSize(JobTables* tables, const std::string& owner,
-                                            int64_t bytes, const std::string& for_upload) {
+                                            int64_t bytes, const Spared& spared) {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
   RILIEVO_ASSIGN_OR_RETURN(const auto owners, tables->Owners());
   for (const auto& [other, taken] : owners) {
     if (taken < own + bytes) break;
     if (other == owner) continue;
-    RILIEVO_ASSIGN_OR_RETURN(const bool evicted, Evict(tables, other, ""));
+    RILIEVO_ASSIGN_OR_RETURN(const bool evicted, Evict(tables, other, {}));
     if (evicted) return true;
   }
-  return Evict(tables, owner, for_upload);
+  return Evict(tables, owner, spared);
+}
+
+int64_t JobStore::BytesOfOwner() const {
+  const Retention& keep = settings_.retention;
+  return keep.owner_bytes > 0 ? std::min(keep.owner_bytes, keep.bytes) : keep.bytes;
+}
+
+absl::StatusOr<bool> JobStore::HasRoom(JobTables* tables, const std::string& owner, int64_t bytes) {
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
+  if (own + bytes > BytesOfOwner()) return false;
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t all, tables->BytesOfAll());
+  // Where half of the store is free, what is there need not be counted row by row.
+  if (all + bytes <= settings_.retention.bytes / 2) return true;
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
+  return total + bytes <= settings_.retention.bytes;
+}
+
+absl::Status JobStore::CheckRoom(JobTables* tables, const std::string& owner, int64_t bytes,
+                                 const Spared& spared) {
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesInUse(owner, spared.scan));
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t all, tables->BytesInUse(std::nullopt, spared.scan));
+  const int64_t free = std::min(BytesOfOwner() - own, settings_.retention.bytes - all);
+  if (bytes <= free) return absl::OkStatus();
+  return StatusOf({ErrorCause::kStoreFull,
+                   absl::StrCat("the store has no room: ", bytes,
+                                " bytes are needed, and no more than ", std::max<int64_t>(0, free),
+                                " can be had until other jobs are finished; send fewer points, or "
+                                "try again then")});
 }
 
 absl::Status JobStore::MakeRoom(JobTables* tables, const std::string& owner, int64_t bytes,
-                                const std::string& for_upload) {
-  const Retention& keep = settings_.retention;
-  const int64_t limit = keep.owner_bytes > 0 ? keep.owner_bytes : keep.bytes;
-  if (bytes > std::min(limit, keep.bytes)) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(bytes, " bytes are more than the store holds"));
-  }
-  for (;;) {
+                                const Spared& spared) {
+  for (bool first = true;; first = false) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool has_room, HasRoom(tables, owner, bytes));
+    if (has_room) return absl::OkStatus();
+    if (first) RILIEVO_RETURN_IF_ERROR(CheckRoom(tables, owner, bytes, spared));
     RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
-    RILIEVO_ASSIGN_OR_RETURN(const int64_t all, tables->BytesOfAll());
-    // Where half of the store is free, what is there need not be counted row by row.
-    if (own + bytes <= limit && all + bytes <= keep.bytes / 2) return absl::OkStatus();
-    RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
     bool evicted = false;
-    if (own + bytes > limit) {
-      RILIEVO_ASSIGN_OR_RETURN(evicted, Evict(tables, owner, for_upload));
-    } else if (total + bytes > keep.bytes) {
+    if (own + bytes > BytesOfOwner()) {
+      RILIEVO_ASSIGN_OR_RETURN(evicted, Evict(tables, owner, spared));
+    } else {
+      RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
       RILIEVO_RETURN_IF_ERROR(Free(tables, [&]() -> absl::Status {
         return tables->RemoveUnusedBlobs(INT64_MAX, kBatch).status();
       }));
       RILIEVO_ASSIGN_OR_RETURN(const int64_t used, tables->TotalBytes());
       if (used < total) continue;
-      RILIEVO_ASSIGN_OR_RETURN(evicted, EvictForSize(tables, owner, bytes, for_upload));
-    } else {
-      return absl::OkStatus();
+      RILIEVO_ASSIGN_OR_RETURN(evicted, EvictForSize(tables, owner, bytes, spared));
     }
     if (!evicted) {
       return absl::ResourceExhaustedError(
@@ -122,7 +145,7 @@ absl::StatusOr<int64_t> JobStore::Clean() {
     for (const auto& [owner, taken] : owners) {
       const bool over = keep.owner_bytes > 0 && taken > keep.owner_bytes;
       if (!over && total <= keep.bytes) continue;
-      RILIEVO_ASSIGN_OR_RETURN(more, Evict(tables.get(), owner, ""));
+      RILIEVO_ASSIGN_OR_RETURN(more, Evict(tables.get(), owner, {}));
       if (more) break;
     }
   }

@@ -88,6 +88,8 @@ class JobTables {
   absl::Status DropPart(const std::string& owner, const std::string& blob) {
     return Drop(owner, blob);
   }
+  // Whether it counts as the owner's already.
+  absl::StatusOr<bool> Uses(const std::string& owner, const std::string& blob);
   // Forgets all parts of a job that are by other recipes, which the worker that leads does again.
   absl::Status DropPartsOfOthers(const PartWorker& leader);
   // Those of jobs that are not there: servers of an older version know no parts.
@@ -113,13 +115,19 @@ class JobTables {
   // blobs that nobody uses, as a crash leaves them.
   absl::StatusOr<int64_t> BytesOfAll();
   absl::StatusOr<int64_t> BytesOf(const std::string& owner);
+  // What unfinished jobs need, and `scan` ("": none), each blob once, and what is kept free for
+  // parts; of `owner`, or of all. No eviction gives any of it.
+  absl::StatusOr<int64_t> BytesInUse(const std::optional<std::string>& owner,
+                                     const std::string& scan);
   // Largest first.
   absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> Owners();
   // What is left of what is kept free for the parts of a job; of a shared database.
   absl::StatusOr<int64_t> BytesReserved(const std::string& job_id);
 
-  // The oldest scan that no unfinished job of the owner needs, and the job that was finished first.
-  absl::StatusOr<std::optional<std::string>> OldestIdleScan(const std::string& owner);
+  // The oldest scan but `except` that no unfinished job of the owner needs, and the job that was
+  // finished first.
+  absl::StatusOr<std::optional<std::string>> OldestIdleScan(const std::string& owner,
+                                                            const std::string& except);
   absl::StatusOr<std::optional<std::string>> OldestFinished(const std::string& owner);
 
   // Removes what ended, was used or was found before `time_ms`, at most `limit` of each; whether

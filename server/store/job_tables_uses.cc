@@ -84,6 +84,12 @@ absl::Status JobTables::UseAgain(const std::string& owner, const std::string& bl
   return query.Bind(blob).Bind(owner).Post();
 }
 
+absl::StatusOr<bool> JobTables::Uses(const std::string& owner, const std::string& blob) {
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_->Prepare("SELECT 1 FROM uses WHERE blob = $1 AND owner = $2"));
+  return query.Bind(blob).Bind(owner).Step();
+}
+
 absl::Status JobTables::Drop(const std::string& owner, const std::string& blob) {
   {
     RILIEVO_ASSIGN_OR_RETURN(
@@ -252,6 +258,28 @@ absl::StatusOr<int64_t> JobTables::BytesOf(const std::string& owner) {
   return found ? query.Integer(0) : 0;
 }
 
+absl::StatusOr<int64_t> JobTables::BytesInUse(const std::optional<std::string>& owner,
+                                              const std::string& scan) {
+  const std::string of_owner = owner ? "owner = $2" : "";
+  const std::string jobs =
+      absl::StrCat(" FROM jobs WHERE end_ms = 0", owner ? " AND " : "", of_owner);
+  const std::string parts = database_->shared()
+                                ? absl::StrCat(" UNION ALL SELECT result FROM job_parts",
+                                               owner ? " WHERE " : "", of_owner)
+                                : "";
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare(absl::StrCat(
+          "SELECT CAST((SELECT COALESCE(SUM(bytes), 0) FROM blobs WHERE name IN (SELECT name FROM"
+          " blobs WHERE name = $1 UNION ALL SELECT scan",
+          jobs, " UNION ALL SELECT mesh", jobs, parts, ")) + ", Reserved(of_owner),
+          " + (SELECT COUNT(*)", jobs, ") * ", kJobRecordBytes, " AS BIGINT)")));
+  query.Bind(scan);
+  if (owner) query.Bind(*owner);
+  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Step());
+  return found ? query.Integer(0) : 0;
+}
+
 absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> JobTables::Owners() {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare(
@@ -277,12 +305,13 @@ absl::StatusOr<std::vector<std::string>> JobTables::Names(const std::string& sql
   }
 }
 
-absl::StatusOr<std::optional<std::string>> JobTables::OldestIdleScan(const std::string& owner) {
+absl::StatusOr<std::optional<std::string>> JobTables::OldestIdleScan(const std::string& owner,
+                                                                     const std::string& except) {
   RILIEVO_ASSIGN_OR_RETURN(
       const auto names,
       Names("SELECT scan FROM scans JOIN uses ON blob = scan AND uses.owner = scans.owner"
-            " WHERE scans.owner = $1 AND count = 1 ORDER BY since_ms LIMIT 1",
-            [&](Query* query) { query->Bind(owner); }));
+            " WHERE scans.owner = $1 AND scan <> $2 AND count = 1 ORDER BY since_ms LIMIT 1",
+            [&](Query* query) { query->Bind(owner).Bind(except); }));
   if (names.empty()) return std::nullopt;
   return names[0];
 }

@@ -277,9 +277,39 @@ TEST_F(SharedPartsTest, TheStoreKeepsRoomForThem) {
   const absl::Status full = Keep(*third, std::string(20, 'c'));
   EXPECT_EQ(StatedError(full)->reason, ErrorCause::kStoreFull);
   EXPECT_TRUE(store_->BytesOfScan("bob", of_bob).ok()) << "who takes less loses nothing";
+  EXPECT_TRUE(Keep(*third, std::string(30, 'a')).ok()) << "these bytes are there already";
+  ASSERT_TRUE(database_->Execute("UPDATE job_parts SET twice = 1 WHERE part = 0").ok());
+  const auto check = Take({"large", "ann", "helper", 0, 1'000, "1"});
+  EXPECT_TRUE(Keep(*check, std::string(50, 'd')).ok()) << "it is compared, not kept";
+  EXPECT_EQ(*Tables().TotalBytes(), all);
   job_.job.set_state(v1::JOB_STATE_CANCELLED);
   ASSERT_TRUE(store_->Update(job_).ok());
   EXPECT_EQ(*Tables().TotalBytes(), all - 40) << "its record stays";
+}
+
+// Both have seen that there is room when they come to take it.
+TEST_F(SharedPartsTest, RoomForThemIsPromisedOnce) {
+  const int64_t before = *Tables().TotalBytes();
+  StoredJob jobs[] = {NewJob("first", "ann"), NewJob("second", "ann")};
+  for (StoredJob& job : jobs) job.parts_bytes = 40;
+  Reopen({.bytes = before + 2 * kJobRecordBytes + 79});
+  absl::Status inserted[2];
+  std::vector<std::jthread> threads;
+  const auto both_wait = [&]() -> absl::Status {
+    for (int i = 0; i < 2; ++i) {
+      threads.emplace_back([&, i] { inserted[i] = store_->Insert(jobs[i]).status(); });
+    }
+    for (int64_t waiting = 0; waiting < 2;) {
+      waiting = *database_->Number(
+          "SELECT COUNT(*) FROM pg_locks JOIN pg_database ON pg_database.oid = database WHERE"
+          " locktype = 'advisory' AND NOT granted AND datname = current_database()");
+    }
+    return absl::OkStatus();
+  };
+  ASSERT_TRUE(database_->Transact(both_wait).ok());
+  threads.clear();
+  EXPECT_NE(inserted[0].ok(), inserted[1].ok());
+  EXPECT_EQ(StatedError(inserted[inserted[0].ok() ? 1 : 0])->reason, ErrorCause::kStoreFull);
 }
 
 TEST_F(SharedPartsTest, ThoseOfAnotherVersionAreNotMixedIn) {

@@ -1,6 +1,7 @@
 // What time and size remove.
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 #include "server/store/content_name.h"
 #include "tests/unit/server/store/job_store_fixture.h"
 
@@ -115,6 +116,31 @@ TEST_P(JobStoreRoomTest, WhatIsNotFinishedStaysHoweverLittleRoomThereIs) {
   EXPECT_TRUE(absl::IsResourceExhausted(Upload("", 1, 4'000)));
   EXPECT_THAT(Jobs(""), ElementsAre("waiting"));
   EXPECT_TRUE(store_->blobs().Read(NewJob("waiting").job.scan_id()).ok());
+}
+
+// Its scan is the oldest that is idle.
+TEST_P(JobStoreRoomTest, AJobKeepsItsScanAndTakesNothingInVain) {
+  Reopen({.bytes = 12'000, .owner_bytes = 10'000});
+  Done("ann", "a", 1'000);
+  StoredJob of_ann = NewJob("large", "ann");
+  Done("bob", "b", 500);
+  ASSERT_TRUE(Upload("ann", 200, 3'000).ok());
+  of_ann.parts_bytes = 8'000;
+  const auto refused = StatedError(store_->Insert(of_ann).status());
+  ASSERT_TRUE(refused && refused->reason == ErrorCause::kStoreFull);
+  EXPECT_THAT(refused->message,
+              testing::HasSubstr("10048 bytes are needed, and no more than 9990"));
+  EXPECT_THAT(Jobs("ann"), ElementsAre("a")) << "all of it would not be enough";
+  of_ann.parts_bytes = 7'000;
+  const auto inserted = store_->Insert(of_ann);
+  ASSERT_TRUE(inserted.ok()) << inserted.status();
+  EXPECT_THAT(Jobs("ann"), ElementsAre("large"));
+  // Within bob's share, but not beside ann's job.
+  StoredJob of_bob = NewJob("too large", "bob");
+  of_bob.parts_bytes = 7'900;
+  EXPECT_TRUE(absl::IsResourceExhausted(store_->Insert(of_bob).status()));
+  EXPECT_THAT(Jobs("bob"), ElementsAre("b"));
+  Counts();
 }
 
 TEST_P(JobStoreRoomTest, AnOwnerAboveItsShareLosesItsOwn) {
