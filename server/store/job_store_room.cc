@@ -59,12 +59,12 @@ int64_t JobStore::BytesOfOwner() const {
 
 absl::StatusOr<bool> JobStore::HasRoom(JobTables* tables, const std::string& owner, int64_t bytes) {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
-  if (own + bytes > BytesOfOwner()) return false;
+  if (bytes > BytesOfOwner() - own) return false;
   RILIEVO_ASSIGN_OR_RETURN(const int64_t all, tables->BytesOfAll());
   // Where half of the store is free, what is there need not be counted row by row.
-  if (all + bytes <= settings_.retention.bytes / 2) return true;
+  if (bytes <= settings_.retention.bytes / 2 - all) return true;
   RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
-  return total + bytes <= settings_.retention.bytes;
+  return bytes <= settings_.retention.bytes - total;
 }
 
 absl::Status JobStore::CheckRoom(JobTables* tables, const std::string& owner, int64_t bytes,
@@ -88,7 +88,7 @@ absl::Status JobStore::MakeRoom(JobTables* tables, const std::string& owner, int
     if (first) RILIEVO_RETURN_IF_ERROR(CheckRoom(tables, owner, bytes, spared));
     RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
     bool evicted = false;
-    if (own + bytes > BytesOfOwner()) {
+    if (bytes > BytesOfOwner() - own) {
       RILIEVO_ASSIGN_OR_RETURN(evicted, Evict(tables, owner, spared));
     } else {
       RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
