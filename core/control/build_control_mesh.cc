@@ -71,8 +71,8 @@ int DefaultControlFaces(int64_t points) {
 }
 
 int UsefulControlFaces(int target_faces, int64_t points) {
-  return static_cast<int>(std::min<int64_t>(
-      target_faces, std::max(kFewestFaces, kMostFacesPerPoint * points)));
+  return static_cast<int>(
+      std::min<int64_t>(target_faces, std::max(kFewestFaces, kMostFacesPerPoint * points)));
 }
 
 int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud) {

@@ -25,8 +25,9 @@ struct ControlMeshResult {
   int genus = 0;
 };
 
-// The rule behind target_faces = 0: one face for 30 points, 200 at least, whose third subdivision has
-// about as many vertices as there are points; from 12 000 on one for 120 points, 200 000 at most.
+// The rule behind target_faces = 0: one face for 30 points, 200 at least, whose third subdivision
+// has about as many vertices as there are points; from 12 000 on one for 120 points, 200 000 at
+// most.
 int DefaultControlFaces(int64_t points);
 
 // `target_faces`, or four for each point (200 at least) where that is fewer: no scan tells more.
