@@ -18,10 +18,9 @@
 namespace rilievo {
 namespace {
 
-constexpr double kPointsPerFace = 30;
-constexpr int kFewestFaces = 200;
+constexpr int64_t kPointsPerFace = 30, kManyPointsPerFace = 120;
+constexpr int64_t kFewestFaces = 200, kUsualFaces = 12000;
 constexpr int64_t kMostFacesPerPoint = 4;
-constexpr int kMostFaces = 12000;
 
 absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlOptions& options,
                                       const RunContext& context) {
@@ -65,19 +64,20 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
 
 }  // namespace
 
-int DefaultControlFaces(const OrientedCloud& cloud) {
-  const double faces = static_cast<double>(cloud.points.cols()) / kPointsPerFace;
-  return static_cast<int>(std::clamp(faces, double{kFewestFaces}, double{kMostFaces}));
+int DefaultControlFaces(int64_t points) {
+  const int64_t usual = std::min(points / kPointsPerFace, kUsualFaces);
+  return static_cast<int>(std::clamp<int64_t>(std::max(usual, points / kManyPointsPerFace),
+                                              kFewestFaces, kMostControlFaces));
 }
 
 int UsefulControlFaces(int target_faces, int64_t points) {
   return static_cast<int>(std::min<int64_t>(
-      target_faces, std::max<int64_t>(kFewestFaces, kMostFacesPerPoint * points)));
+      target_faces, std::max(kFewestFaces, kMostFacesPerPoint * points)));
 }
 
 int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud) {
   return options.target_faces > 0 ? UsefulControlFaces(options.target_faces, cloud.points.cols())
-                                  : DefaultControlFaces(cloud);
+                                  : DefaultControlFaces(cloud.points.cols());
 }
 
 absl::Status AddTopologyFigures(ControlMeshResult* result) {

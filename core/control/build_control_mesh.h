@@ -25,9 +25,9 @@ struct ControlMeshResult {
   int genus = 0;
 };
 
-// The rule behind target_faces = 0: one face for 30 points, in [200, 12000]. Three subdivisions of
-// that give about as many vertices as there are points.
-int DefaultControlFaces(const OrientedCloud& cloud);
+// The rule behind target_faces = 0: one face for 30 points, 200 at least, whose third subdivision has
+// about as many vertices as there are points; from 12 000 on one for 120 points, 200 000 at most.
+int DefaultControlFaces(int64_t points);
 
 // `target_faces`, or four for each point (200 at least) where that is fewer: no scan tells more.
 int UsefulControlFaces(int target_faces, int64_t points);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/build_control_mesh.h"
 #include "core/control/choose_topology.h"
 #include "core/loop/refinement.h"
 #include "core/paging/saved_value.h"
@@ -26,18 +27,13 @@ namespace {
 
 constexpr char kCoarseName[] = "coarse";
 
-// As many control faces as the scan would have in memory, and more of a large one, as far as the
-// `thinned` points show their shape: those of a scan that is thinned are fitted to all points.
+// As many control faces as suit all points, as far as the `thinned` ones show their shape: they are
+// fitted to all.
 ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned) {
-  constexpr int64_t kPointsPerFaceInMemory = 30, kFacesInMemory = 12000, kFewestFaces = 200;
-  constexpr int64_t kPointsPerFace = 120;
-  constexpr int64_t kThinnedPerFace = 4, kEvenPerFace = 30;
-  const int64_t carried = thinned / (thinned < points ? kThinnedPerFace : kEvenPerFace);
-  const int64_t in_memory = std::min(points / kPointsPerFaceInMemory, kFacesInMemory);
-  const int64_t faces =
-      std::min<int64_t>({std::max(in_memory, points / kPointsPerFace), carried, kMostControlFaces});
-  const bool more = faces > kFacesInMemory || thinned < points;
-  if (more && faces > kFewestFaces) options.control.target_faces = static_cast<int>(faces);
+  constexpr int64_t kThinnedPerFace = 4;
+  if (thinned == points) return options;
+  options.control.target_faces = static_cast<int>(
+      std::clamp<int64_t>(thinned / kThinnedPerFace, 1, DefaultControlFaces(points)));
   return options;
 }
 

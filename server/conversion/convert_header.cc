@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/control/build_control_mesh.h"
 #include "core/meshes/scan_of_mesh.h"
 #include "server/conversion/convert_control_mesh.h"
 #include "server/conversion/convert_place.h"
@@ -326,7 +327,7 @@ int64_t ExpectedControlFaces(const JobRequest& request) {
   if (control.target_faces > 0) {
     return UsefulControlFaces(control.target_faces, WorkedPoints(request));
   }
-  return std::clamp<int64_t>(WorkedPoints(request) / 30, 200, 12000);
+  return DefaultControlFaces(WorkedPoints(request));
 }
 
 std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& header,

@@ -163,14 +163,11 @@ TEST(ControlOptions, Validate) {
 }
 
 TEST(DefaultControlFaces, FollowsThePointsWithinBounds) {
-  OrientedCloud cloud;
-  const auto faces = [&](int points) {
-    cloud.points.resize(3, points);
-    return DefaultControlFaces(cloud);
-  };
-  EXPECT_EQ(faces(20), 200);
-  EXPECT_EQ(faces(30000), 1000);
-  EXPECT_EQ(faces(1000000), 12000);
+  EXPECT_EQ(DefaultControlFaces(20), 200);
+  EXPECT_EQ(DefaultControlFaces(30'000), 1000);
+  EXPECT_EQ(DefaultControlFaces(1'000'000), 12'000);
+  EXPECT_EQ(DefaultControlFaces(3'000'000), 25'000);
+  EXPECT_EQ(DefaultControlFaces(1'000'000'000), kMostControlFaces);
 }
 
 TEST(TopologyName, NamesAreTheCommandLines) {
