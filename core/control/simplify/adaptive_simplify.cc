@@ -13,12 +13,6 @@ namespace {
 // this weight halves them, which makes four faces of one.
 constexpr float kWeight = 64;
 constexpr int kMoreFaces = 3;
-// Rings of faces around those nearest to a point out of reach that have the whole weight, and as
-// many more a quarter of it, and a sixteenth: at a sudden fall the vertices on it would follow the
-// one side alone.
-constexpr int kRings = 2, kSteps = 3;
-constexpr float kFall = 0.25f;
-static_assert(kWeight * kFall * kFall > 1, "a weight of 1 is that of faces not reached");
 
 // The weights of the faces of `mesh`.
 absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector3d>& points,
@@ -32,19 +26,15 @@ absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector
     hint = tree.Closest(point, hint).item;
     weights[tree.source()[hint]] = kWeight;
   }
-  float weight = kWeight;
-  for (int ring = 0; ring < kSteps * kRings; ++ring) {
-    if (ring > 0 && ring % kRings == 0) weight *= kFall;
-    std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
-    for (size_t f = 0; f < weights.size(); ++f) {
-      if (weights[f] == 1) continue;
-      for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) touched[v] = 1;
-    }
-    for (size_t f = 0; f < weights.size(); ++f) {
-      if (weights[f] != 1) continue;
-      for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) {
-        if (touched[v] != 0) weights[f] = weight;
-      }
+  // A ring of faces around them has the weight too.
+  std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
+  for (size_t f = 0; f < weights.size(); ++f) {
+    if (weights[f] == 1) continue;
+    for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) touched[v] = 1;
+  }
+  for (size_t f = 0; f < weights.size(); ++f) {
+    for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) {
+      if (touched[v] != 0) weights[f] = kWeight;
     }
   }
   return weights;
