@@ -49,9 +49,9 @@ struct SolveSettings {
   // Bending at which a row of the plate weighs a quarter, in mean bendings of its region: the plate
   // gives way at edges that no crease of the domain tells (machined parts, clean).
   double give_way = 4;
-  // Conjugate gradients: steps on the last level, on those before it, and where heights are only to
-  // be compared; and the residual, relative to the right side, that ends them.
-  int steps = 40, coarse_steps = 80, trial_steps = 10;
+  // Conjugate gradients: steps on each level, and where heights are only to be compared; and the
+  // residual, relative to the right side, that ends them.
+  int steps = 40, trial_steps = 10;
   double residual = 1e-4;
   // Heights between points this far apart or nearer are measured, and flagged as smoothed where the
   // filter is longer than `smoothed`; points of less weight than `least_weight` measure nothing.

@@ -122,8 +122,7 @@ absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
   std::vector<float> heights(levels_.front().vertex_count(), 0.0);
   for (int l = 0; l <= level; ++l) {
     if (l > 0) heights = Prolong(*refinement_, l - 1, l, std::move(heights));
-    RILIEVO_RETURN_IF_ERROR(
-        Relax(l, lengths, l == level ? kSolve.steps : kSolve.coarse_steps, context, &heights));
+    RILIEVO_RETURN_IF_ERROR(Relax(l, lengths, kSolve.steps, context, &heights));
   }
   return heights;
 }
