@@ -13,7 +13,6 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/edge_sign_votes.h"
-#include "core/scan/orientation/flipped_patches.h"
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/signed_graph.h"
@@ -87,15 +86,6 @@ std::vector<int> SignsOfPatches(const OrientationPatches& patches,
   return signs;
 }
 
-// The links as the normals are now, > 0 where these agree with them. `turned`: normals that are no
-// longer those that the links were found for.
-std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
-                                   const std::vector<uint8_t>& turned) {
-  const std::vector<int> signs = SignsOfPatches(patches, turned);
-  for (SignedLink& link : links) link.weight *= signs[link.a] * signs[link.b];
-  return links;
-}
-
 // 1 for each edge that wants its ends to be opposite: what is left of the relations, in a quarter
 // of their memory.
 std::vector<uint8_t> WantOpposite(const std::vector<float>& relations) {
@@ -148,7 +138,7 @@ std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& 
 }
 
 // Points of patches a good part of whose links and sides, by weight, contradict the normals.
-// `turned`: see Agreements.
+// `turned`: see Turned.
 std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
                                const std::vector<uint8_t>& turned) {
   constexpr double kContested = 0.2;
@@ -158,12 +148,13 @@ std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
     against[patch] += std::max(0.0, -agreement);
     total[patch] += std::abs(agreement);
   };
-  for (const SignedLink& link : Agreements(patches, labelled.links, turned)) {
-    count(link.a, link.weight);
-    count(link.b, link.weight);
+  const std::vector<int> signs = SignsOfPatches(patches, turned);
+  for (const SignedLink& link : labelled.links) {
+    const double agreement = link.weight * signs[link.a] * signs[link.b];
+    count(link.a, agreement);
+    count(link.b, agreement);
   }
   if (!labelled.sides.empty()) {
-    const std::vector<int> signs = SignsOfPatches(patches, turned);
     for (int patch = 0; patch < patches.count; ++patch) {
       count(patch, signs[patch] * labelled.sides[patch]);
     }
@@ -295,13 +286,7 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
   const std::vector<uint8_t> want_opposite = WantOpposite(relations);
   relations = std::vector<float>();
   RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
-  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
-  if (labelled.sides.empty()) {
-    const OrientationPatches& patches = labelled.patches;
-    RILIEVO_RETURN_IF_ERROR(
-        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
-    turned = Turned(unoriented, cloud->normals);
-  }
+  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
   result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,

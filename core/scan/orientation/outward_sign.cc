@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scan/orientation/dipole.h"
 
 namespace rilievo {
 

@@ -13,6 +13,8 @@ constexpr size_t kChildren = 4;
 // Radii from which a cell counts as one dipole.
 constexpr double kFar = 2.0;
 
+double ShareOfSurface(double spacing) { return std::numbers::pi / 4 * spacing * spacing; }
+
 double FarFrom(double radius, double blur) { return kFar * std::sqrt(radius * radius + blur); }
 
 }  // namespace
@@ -23,13 +25,21 @@ WindingField::WindingField(const OrientedCloud& cloud, std::vector<int> members)
   while (levels_.back().size() > 1) AddLevel();
 }
 
+// The blur is half of the share of a point over pi, and its noise, for points off the surface see
+// each other edgewise no longer.
+WindingField::Dipole WindingField::DipoleOf(int point) const {
+  const double spacing = cloud_.spacing[point], noise = cloud_.noise[point];
+  return {cloud_.points.col(point), ShareOfSurface(spacing) * cloud_.normals.col(point),
+          spacing * spacing / 8 + 4 * noise * noise};
+}
+
 void WindingField::AddLeaves() {
   std::vector<Cell> leaves((members_.size() + kLeafPoints - 1) / kLeafPoints);
   for (size_t leaf = 0; leaf < leaves.size(); ++leaf) {
     Cell& cell = leaves[leaf];
     const size_t begin = leaf * kLeafPoints, end = std::min(members_.size(), begin + kLeafPoints);
     for (size_t m = begin; m < end; ++m) {
-      const Dipole dipole = DipoleOf(cloud_, members_[m]);
+      const Dipole dipole = DipoleOf(members_[m]);
       const double share = ShareOfSurface(cloud_.spacing[members_[m]]);
       cell.sum.position += share * dipole.position;
       cell.sum.area += dipole.area;
@@ -76,39 +86,36 @@ void WindingField::AddLevel() {
   levels_.push_back(std::move(level));
 }
 
-template <typename Visit>
-void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                               const Visit& visit) const {
+// What a dipole adds to 4 pi times the winding number at `position`.
+double WindingField::SolidAngle(const Dipole& dipole, const Eigen::Vector3d& position) {
+  const Eigen::Vector3d offset = dipole.position - position;
+  const double squared = offset.squaredNorm() + dipole.blur;
+  return squared > 0 ? dipole.area.dot(offset) / (squared * std::sqrt(squared)) : 0;
+}
+
+double WindingField::SolidAngle(size_t level, size_t cell, const Eigen::Vector3d& position) const {
   const Cell& seen = levels_[level][cell];
   if ((seen.sum.position - position).squaredNorm() > seen.far * seen.far) {
-    visit(seen.sum);
-  } else if (level == 0) {
+    return SolidAngle(seen.sum, position);
+  }
+  double sum = 0;
+  if (level == 0) {
     const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
-    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, members_[m]));
+    for (size_t m = cell * kLeafPoints; m < end; ++m) {
+      sum += SolidAngle(DipoleOf(members_[m]), position);
+    }
   } else {
     const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
     for (size_t child = cell * kChildren; child < end; ++child) {
-      ForEachSeen(level - 1, child, position, visit);
+      sum += SolidAngle(level - 1, child, position);
     }
   }
+  return sum;
 }
 
 double WindingField::At(const Eigen::Vector3d& position) const {
-  double sum = 0;
-  if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position,
-                [&](const Dipole& dipole) { sum += SolidAngle(dipole, position); });
-  }
-  return sum * (0.25 * std::numbers::inv_pi);
-}
-
-Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position,
-                [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
-  }
-  return sum;
+  if (members_.empty()) return 0;
+  return SolidAngle(levels_.size() - 1, 0, position) * (0.25 * std::numbers::inv_pi);
 }
 
 }  // namespace rilievo

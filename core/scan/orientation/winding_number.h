@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/points/oriented_cloud.h"
-#include "core/scan/orientation/dipole.h"
 
 namespace rilievo {
 
@@ -21,11 +20,13 @@ class WindingField {
 
   double At(const Eigen::Vector3d& position) const;
 
-  // Minus the gradient of the winding number, without its jumps across the points themselves: the
-  // rest of a surface goes on here with normals along it. Per length, unit frame.
-  Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
-
  private:
+  // A piece of the surface seen from so far that its shape does not count.
+  struct Dipole {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    Eigen::Vector3d area = Eigen::Vector3d::Zero();  // times unit normal, unit frame
+    double blur = 0;                                 // squared length over which it is spread
+  };
   // Points that lie together.
   struct Cell {
     Dipole sum;       // of areas; position and blur are the mean of its points'
@@ -35,10 +36,10 @@ class WindingField {
   };
   void AddLeaves();
   void AddLevel();
-  // Calls visit(dipole) for all points of a cell, those far from the position as one.
-  template <typename Visit>
-  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                   const Visit& visit) const;
+  Dipole DipoleOf(int point) const;
+  // Of the points of a cell, those far from the position as one.
+  double SolidAngle(size_t level, size_t cell, const Eigen::Vector3d& position) const;
+  static double SolidAngle(const Dipole& dipole, const Eigen::Vector3d& position);
 
   const OrientedCloud& cloud_;
   std::vector<int> members_;
