@@ -41,6 +41,9 @@ struct CurveSample {
     for (size_t k = 0; k < 4; ++k) place += weights[k] * control.col(points[k]);
     return place;
   }
+  Eigen::Vector3d AlongIn(const Eigen::Matrix3Xd& control) const {
+    return control.col(points[2]) - control.col(points[1]);
+  }
 };
 
 // Uniform cubic B-spline, kSamplesPerEdge for each edge. Beyond a corner the polygon goes on
@@ -91,7 +94,8 @@ class BorderFit {
               reach * reach) {
         place = borders_.corners.col(nearest);
       } else {
-        place = FootOf(place).place;
+        place =
+            FootOf(place, before.col((i + 1) % count) - before.col((i + count - 1) % count)).place;
       }
     }
   }
@@ -104,7 +108,7 @@ class BorderFit {
     Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * count);
     for (const CurveSample& sample : samples) {
       const Eigen::Vector3d place = sample.PlaceAmong(loop->points);
-      const SegmentPlace foot = FootOf(place);
+      const SegmentPlace foot = FootOf(place, sample.AlongIn(loop->points));
       Eigen::Matrix3d across = Eigen::Matrix3d::Identity();
       Eigen::Vector3d miss = foot.place - place;
       // A sample slides along its segment, but not beyond an end of the line.
@@ -148,14 +152,16 @@ class BorderFit {
     for (size_t s = 0; s < samples.size(); ++s) {
       const Eigen::Vector3d place = samples[s].PlaceAmong(loop.points);
       double& miss = misses[s / kSamplesPerEdge];
-      miss = std::max(miss, (FootOf(place).place - place).norm());
+      const SegmentPlace foot = FootOf(place, samples[s].AlongIn(loop.points));
+      miss = std::max(miss, (foot.place - place).norm());
     }
     return misses;
   }
 
  private:
-  SegmentPlace FootOf(const Eigen::Vector3d& place) const {
-    return NearestOnSegments(tree_, borders_.lines, place);
+  // On the lines that run the same way: across a narrow slit they run the other way.
+  SegmentPlace FootOf(const Eigen::Vector3d& place, const Eigen::Vector3d& along) const {
+    return NearestAlong(tree_, borders_.lines, place, along);
   }
 
   const KnownBorders& borders_;

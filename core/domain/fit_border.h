@@ -19,13 +19,12 @@ struct BorderMiss {
 };
 
 // Moves the control points on the border of `*mesh` so that its border, a cubic B-spline between
-// corners, comes to the lines: least squares of the distances across the nearest segment, at
-// samples of the curve, in rounds of Gauss and Newton. Corners go to the nearest corner of the
-// lines where one is nearer than their neighbours are, else to the nearest of the lines. Where the
-// lines lie in a plane the border ends up in that plane to rounding. Returns where the
-// curve is farther off the lines than `allowed`.
-// `mesh`: unit frame; its border lies near the lines. INVALID_ARGUMENT for a mesh that is not a
-// manifold; CANCELLED.
+// corners, comes to the lines: least squares of the distances across the nearest segment that runs
+// the same way as the border, at samples of the curve, in rounds of Gauss and Newton. Corners go to
+// the nearest corner of the lines where one is nearer than their neighbours are, else to the
+// nearest of the lines. Where the lines lie in a plane the border ends up in that plane to
+// rounding. Returns where the curve is farther off the lines than `allowed`. `mesh`: unit frame;
+// its border lies near the lines. INVALID_ARGUMENT for a mesh that is not a manifold; CANCELLED.
 absl::StatusOr<BorderMiss> FitBorder(const KnownBorders& borders, double allowed,
                                      const RunContext& context, ControlMesh* mesh);
 

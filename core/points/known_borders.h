@@ -7,7 +7,8 @@ namespace rilievo {
 
 // Lines that the border of a surface is to meet exactly; unit frame.
 struct KnownBorders {
-  Eigen::Matrix3Xd lines;    // columns 2 i and 2 i + 1 are the ends of a segment
+  // Columns 2 i and 2 i + 1 are the ends of a segment, in the direction of the faces' half-edges.
+  Eigen::Matrix3Xd lines;
   Eigen::Matrix3Xd corners;  // where they turn sharply
   bool any() const { return lines.cols() > 0; }
 };

@@ -21,5 +21,9 @@ struct SegmentPlace {
 // The nearest one to `position`. `tree`: TreeOfSegments(ends).
 SegmentPlace NearestOnSegments(const ClosestPointTree& tree, const Eigen::Matrix3Xd& ends,
                                const Eigen::Vector3d& position);
+// The nearest one that runs the way `direction` points, rather than against it, among the 64
+// nearest of all; where none of them does, the nearest of all.
+SegmentPlace NearestAlong(const ClosestPointTree& tree, const Eigen::Matrix3Xd& ends,
+                          const Eigen::Vector3d& position, const Eigen::Vector3d& direction);
 
 }  // namespace rilievo

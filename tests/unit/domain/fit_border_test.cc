@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/loop/refinement.h"
 
@@ -62,6 +63,24 @@ TEST(FitBorderTest, TheBorderBecomesACircleInItsPlane) {
     EXPECT_NEAR(point.z(), 0.1, 1e-13);
     EXPECT_NEAR(point.head<2>().norm(), 0.3, 2e-6);
   }
+}
+
+// The border of a disc and, in the other direction, that of what lies around it.
+TEST(FitBorderTest, TheOtherSideOfANarrowGapIsNotFollowed) {
+  constexpr int kSegments = 500;
+  Eigen::Matrix3Xd lines(3, 4 * kSegments);
+  for (const auto& [radius, first] : {std::pair(0.3, 0), std::pair(0.302, 2 * kSegments)}) {
+    Eigen::Matrix3Xd circle(3, kSegments);
+    for (int i = 0; i < kSegments; ++i) {
+      const double angle = 2 * std::numbers::pi * (first == 0 ? i : -i) / kSegments;
+      circle.col(i) << radius * std::cos(angle), radius * std::sin(angle), 0.1;
+    }
+    lines.middleCols<2 * kSegments>(first) = Polyline(circle);
+  }
+  ControlMesh disc = Disc(32);
+  ASSERT_TRUE(FitBorder({lines, {}}, 1, RunContext(), &disc).ok());
+  const Eigen::Matrix3Xd limits = BorderLimits(disc);
+  for (const auto& point : limits.colwise()) EXPECT_NEAR(point.head<2>().norm(), 0.3, 1e-5);
 }
 
 TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
