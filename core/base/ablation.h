@@ -1,5 +1,6 @@
 // Mechanisms that a developer's build can leave out, to measure what each of them earns.
 #pragma once
+#define RILIEVO_ABLATION
 
 #ifdef RILIEVO_ABLATION
 #include <bitset>

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/arbitrary_control_mesh.h"
 
 #include <algorithm>
@@ -72,12 +73,14 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(std::move(trimmed), to_points, context));
   }
   const LoopSupport support(cloud, index);
-  const HandleLengths searches[] = {
+  const bool none = XP("nosupport");
+  HandleLengths searches[] = {
       {.longest = unit * kSmallHandle, .tiny = unit * kSmallHandle / 2},
       {.longest = unit * kSmallHandle * 2, .tiny = 0},
   };
+  if (XP("notiny")) searches[0].tiny = 0;
   RILIEVO_ASSIGN_OR_RETURN(HandleRemoval clean,
-                           RemoveHandles(std::move(trimmed), searches, &support, context));
+                           RemoveHandles(std::move(trimmed), std::span<const HandleLengths>(searches, XP("handles1") ? 1 : 2), none ? nullptr : &support, context));
   RILIEVO_ASSIGN_OR_RETURN(
       ControlMesh control,
       ShapeControlMesh(std::move(clean.mesh), cloud, index, creases, target_faces,

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/choose_topology.h"
 
 #include "absl/strings/str_format.h"
@@ -38,14 +39,14 @@ absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check_plane, check_star));
-  if (plane.unseen_walls <= kMostUnseenWalls && plane.facing >= kPlanarFacing) {
+  if (!XP("noplanar") && plane.unseen_walls <= kMostUnseenWalls && plane.facing >= kPlanarFacing) {
     return TopologyChoice{
         Topology::kPlanar,
         absl::StrFormat("the points are a height field over their plane: %.1f %% of the area faces "
                         "it, and hardly any wall would join what no point joins",
                         100 * plane.facing)};
   }
-  if (star.coverage >= kSphericalCertain && star.single_sheet >= kSphericalCertain &&
+  if (!XP("nosphere") && star.coverage >= kSphericalCertain && star.single_sheet >= kSphericalCertain &&
       star.outward >= kSphericalCertain && star.radial >= kSphericalRadial &&
       star.radius_ratio <= kSphericalRadiusRatio) {
     return TopologyChoice{

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/shape_control_mesh.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ constexpr double kUnorderedFine = 1;
 // Where the control mesh is simplified once more. Of nine clean shapes the largest errors came to
 // .88 of those with 1 spacing and a cosine of .3, with .4 spacings to .83; that was not tried on
 // thin walls.
-constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
+static const CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
 
 }  // namespace
 

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/domain/cloud_assignment.h"
 
 #include <algorithm>
@@ -102,7 +103,7 @@ absl::Status CloudAssignment::SearchTree(const SampledSurface& surface, const Ru
       const int point = PointOf(i);
       tree.Nearest(cloud_.points.col(point), 1, found, squared);
       nearest_[i] = found[0];
-      if (Agree(cloud_, surface, point, found[0])) continue;
+      if (XP("cand1") || Agree(cloud_, surface, point, found[0])) continue;
       const int count = tree.Nearest(cloud_.points.col(point), kCandidates, found, squared);
       const int* agreeing = std::find_if(
           found, found + count, [&](int sample) { return Agree(cloud_, surface, point, sample); });

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/domain/fill_by_arcs.h"
 
 #include <Eigen/Dense>

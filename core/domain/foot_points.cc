@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/domain/foot_points.h"
 
 #include <Eigen/Geometry>
@@ -50,7 +51,7 @@ class FootSum {
     const double squared_way = (cloud_.points.col(point) - position_).squaredNorm();
     const double squared_aside = std::max(0.0, squared_way - offset * offset);
     const double gap = kGapSpacings * cloud_.spacing[static_cast<size_t>(point)] +
-                       kGapPerOffset * std::abs(offset);
+                       (XP("gapoff") ? 0.0 : kGapPerOffset) * std::abs(offset);
     if (squared_aside < gap * gap && squared_way < reach_ * reach_) {
       Add(point, offset, std::exp(-4.5 * squared_aside / (gap * gap)));
     }
@@ -84,7 +85,7 @@ class FootSum {
 void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, FootSum* sum) {
   int found[kManyNearest];
   double squared[kManyNearest];
-  for (int wanted : {kNearest, kManyNearest}) {
+  for (int wanted : {XP("nearmany") ? kManyNearest : kNearest, kManyNearest}) {
     const int count = index.Nearest(position, wanted, found, squared);
     bool same_sheet = false;
     for (int k = 0; k < count; ++k) same_sheet |= sum->AddNearest(found[k]);
@@ -259,7 +260,7 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
 void FootPointSearch::WeighRobustly(FootPoints* feet) const {
   for (size_t i = 0; i < feet->offset.size(); ++i) {
     const double scale = robust_spacings_ * spacing_[i], offset = std::abs(feet->offset[i]);
-    if (feet->weight[i] > 0 && offset > scale) feet->weight[i] = scale / offset;
+    if (feet->weight[i] > 0 && offset > scale && !XP("nohuber")) feet->weight[i] = scale / offset;
   }
 }
 

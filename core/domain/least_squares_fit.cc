@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/domain/least_squares_fit.h"
 
 #include <algorithm>
@@ -35,7 +36,7 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
                                        tangential_weight, context, &targets));
     const auto solve = [&] { MinimizeEnergy(energy, context, &state->control_points); };
     bool taken = false;
-    RILIEVO_RETURN_IF_ERROR(TakeRound(samples, solve, kWorse, context, search, state, &taken));
+    RILIEVO_RETURN_IF_ERROR(TakeRound(samples, solve, XP("worse") ? 1.0 : kWorse, context, search, state, &taken));
     if (!taken) tangential_weight = std::clamp(10 * tangential_weight, 0.1, 1.0);
     if (options.wanted_rms > 0 && taken && state->rms.back() > kOutOfReach * options.wanted_rms) {
       break;

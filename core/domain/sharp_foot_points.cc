@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/domain/sharp_foot_points.h"
 
 #include <Eigen/Eigenvalues>
@@ -56,7 +57,7 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
         best = k;
       }
     }
-    if (agreement < kOwnSide) continue;
+    if (agreement < (XP("uown") ? 0.5 : kOwnSide)) continue;
     const Vector3d way = cloud.points.col(point) - position;
     const double spacing = cloud.spacing[static_cast<size_t>(point)];
     const double offset = HalfwayNormal(normal, surface.side_normals.col(first + best)).dot(way);

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/pipeline/fit_domain.h"
 
 #include <algorithm>
@@ -69,10 +70,10 @@ struct FewFaces {
 };
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
-  if (noise >= kLeastNoiseSpacings * spacing) {
+  if (noise >= (XP("uclean") ? 0.1 : kLeastNoiseSpacings) * spacing) {
     const bool known = noise > kKnownNoiseSpacings * spacing;
     const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
-    return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
+    return {(XP("oneknown") ? XPN("KN", 1.1) : known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
   }
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }
@@ -131,7 +132,7 @@ bool IsMachined(const ControlMesh& mesh) {
 
 double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error) {
   const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kPositionStep, kCoarsestStep);
-  if (!IsMachined(mesh)) return smooth;
+  if (XP("nomach") || !IsMachined(mesh)) return smooth;
   const double flat = coding_error ? kOfCodingError * *coding_error : kPositionStep;
   return std::clamp(flat, kPositionStep, smooth);
 }
@@ -177,7 +178,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
 
 absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMesh& start,
                                        int target_faces, const RunContext& context) {
-  if (start.creases.empty() || IsMachined(start) || scan.cloud.sharp_lines.cols() > 0) {
+  if (XP("untag") || start.creases.empty() || IsMachined(start) || scan.cloud.sharp_lines.cols() > 0) {
     return CoarserControlMesh(start, target_faces, context);
   }
   const ControlMesh untagged{start.vertices, start.faces, {}, {}};

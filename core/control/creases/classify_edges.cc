@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/creases/classify_edges.h"
 
 #include <Eigen/Geometry>

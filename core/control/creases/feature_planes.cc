@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/creases/feature_planes.h"
 
 #include <Eigen/Eigenvalues>
@@ -19,7 +20,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFewestPoints = 32, kMostPoints = 128;
+constexpr int kMostPoints = 192;
+#define kFewestPoints (XP("upoints") ? 48 : 32)
+#define kMostHere (XP("upoints") ? 192 : 128)
 constexpr int kRounds = 4;
 constexpr int kLeastSidePoints = 6;
 // Least cosine of a side's normal and the normals of the face and of the points it is made of.
@@ -29,7 +32,7 @@ constexpr double kSameSide = 0.3;
 // searched for in vain.
 int FirstAsked(const OrientedCloud& cloud) {
   const int typical =
-      NeighborhoodSize(kFewestPoints, kMostPoints, cloud.median_noise, cloud.median_spacing);
+      NeighborhoodSize(kFewestPoints, kMostHere, cloud.median_noise, cloud.median_spacing);
   return typical > kFewestPoints ? 1 : kFewestPoints;
 }
 
@@ -42,7 +45,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
   int count = index.Nearest(center, most(first), found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int wanted = most(NeighborhoodSize(kFewestPoints, kMostPoints, noise, spacing));
+  const int wanted = most(NeighborhoodSize(kFewestPoints, kMostHere, noise, spacing));
   if (wanted > count) count = index.Nearest(center, wanted, found.data(), squared.data());
   // The nearest of the face's side.
   int seed = count;
@@ -71,7 +74,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
       weights += weight;
       ++members;
     }
-    if (members < kLeastSidePoints) return;
+    if (members < (XP("upoints") ? 8 : kLeastSidePoints)) return;
     const Vector3d mean = sum / weights;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(squares / weights - mean * mean.transpose());
@@ -122,4 +125,5 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
   return planes;
 }
 
+#undef kFewestPoints
 }  // namespace rilievo

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/creases/tag_creases.h"
 
 #include <Eigen/Geometry>
@@ -66,7 +67,7 @@ absl::Status DropPoorRuns(const MeshTopology& topology,
       for (int edge : chain.edges)
         log_likelihood_ratio += judgements[edge].planes->log_likelihood_ratio;
       const double mean = log_likelihood_ratio / static_cast<double>(chain.edges.size());
-      if (mean >= kRunEvidence) continue;
+      if (XP("run") || mean >= (XP("uev") ? 20 : kRunEvidence)) continue;
       for (int edge : chain.edges) (*tags)[edge] = 0;
       dropped = true;
     }

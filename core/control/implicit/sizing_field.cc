@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/implicit/sizing_field.h"
 
 #include <Eigen/Geometry>
@@ -47,7 +48,7 @@ float SheetDistanceOf(const OrientedCloud& cloud, const NeighborGraph& graph,
     if (across < kNone) return across;
   }
   float nearest = kNone;
-  if (i % kProbeStride != 0) return nearest;
+  if (XP("noprobe") || i % kProbeStride != 0) return nearest;
   for (const double side : {-kProbeSpacings, kProbeSpacings}) {
     const Eigen::Vector3d probe =
         cloud.points.col(i) + side * double{cloud.spacing[i]} * cloud.normals.col(i);
@@ -81,7 +82,7 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
             witnesses += own[j] < kNone;
             least = std::min(least, own[j]);
           }
-          agreed[i] = witnesses >= kLeastWitnesses ? least : kNone;
+          agreed[i] = witnesses >= (XP("onewit") ? 1 : kLeastWitnesses) ? least : kNone;
         }
       }));
   return agreed;
@@ -150,7 +151,7 @@ absl::StatusOr<std::vector<float>> SizingField(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> sheet_distance,
                            SheetDistances(cloud, graph, index, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> border, BorderPoints(cloud, graph, context));
-  const double least_spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
+  const double least_spacing = std::max(cloud.median_spacing, (XP("noeven") ? 0.0 : kEvenShare) * EvenSpacing(cloud));
   std::vector<float> cells(sheet_distance.size());
   for (size_t i = 0; i < cells.size(); ++i) {
     const double usual = options.cell_spacings * std::max<double>(least_spacing, cloud.spacing[i]);

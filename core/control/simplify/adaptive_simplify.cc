@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/simplify/adaptive_simplify.h"
 
 #include <cstdint>
@@ -33,7 +34,7 @@ absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector
     weights[tree.source()[hint]] = kWeight;
   }
   float weight = kWeight;
-  for (int ring = 0; ring < kSteps * kRings; ++ring) {
+  for (int ring = 0; ring < (XP("nofall") ? 1 : kSteps) * kRings; ++ring) {
     if (ring > 0 && ring % kRings == 0) weight *= kFall;
     std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
     for (size_t f = 0; f < weights.size(); ++f) {

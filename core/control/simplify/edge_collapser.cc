@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/simplify/edge_collapser.h"
 
 #include <Eigen/Geometry>
@@ -28,6 +29,7 @@ constexpr int kCollapsesAtOnce = 4096;
 constexpr double kJitter = 0.5;
 double Jitter(int edge) {
   const uint32_t mixed = static_cast<uint32_t>(edge) * 2654435769U;  // Fibonacci hashing
+  if (XP("jitter")) return 1.0;
   return 1 + kJitter * static_cast<double>(mixed >> 8) / (1 << 24);
 }
 
@@ -281,6 +283,7 @@ absl::Status EdgeCollapser::Run(int64_t target_faces, const RunContext& context,
       continue;
     }
     if (TryCollapse(edge, front) || front->coarse || first.grade == kLastGrade) continue;
+    if (XP("onegrade")) first.grade = kLastGrade - 1;
     ++first.grade;
     first.cost *= kGradeCost;
     Push(edge, front);
@@ -294,7 +297,7 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   const int lost = mesh_.Twin(h) >= 0 ? 2 : 1;
   const Guards& guards = GuardsOf(edge, *front);
   const int component = component_[a];
-  const int floor = component_open_[component] != 0 ? kOpenFloor : kClosedFloor;
+  const int floor = component_open_[component] != 0 || XP("ufloor") ? kOpenFloor : kClosedFloor;
   if (front->component_faces[component] - lost < floor) return false;
   if (mesh_.Valence(a) + mesh_.Valence(b) - 2 - lost >
       options_.max_valence + guards.valence_slack) {

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
@@ -134,6 +135,7 @@ bool FlipOnce(const std::vector<Crease>& creases, FlipMesh* mesh, std::vector<in
     const Flip flip(*mesh, edge);
     if (flip.IsOneOf(creases)) continue;
     const int change = flip.ValenceChange(*valence);
+    if (XP("rounder") && change == 0) continue;
     if (change > 0 || !flip.KeepsValence(*valence)) continue;
     const bool shape = change < 0 ? flip.KeepsShape(least_cosine, kMinRoundness, 1.0)
                                   : flip.KeepsShape(least_cosine, 2.0, kRounder);

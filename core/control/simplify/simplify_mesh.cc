@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/simplify/simplify_mesh.h"
 
 #include <cstdint>
@@ -54,9 +55,11 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
     blocks.reset();
   }
   for (const double milestone : kMilestones) {
+    if (XP("miles2") && milestone != 8 && milestone != 1) continue;
+    if (XP("miles4") && milestone != 8 && milestone != 2 && milestone != 1) continue;
     const auto faces = static_cast<int64_t>(milestone * options.target_faces);
     if (collapser.faces_left() <= faces) continue;
-    RILIEVO_RETURN_IF_ERROR(collapser.CollapseTo(faces, milestone >= kCoarseUntil, context));
+    RILIEVO_RETURN_IF_ERROR(collapser.CollapseTo(faces, (XP("nocoarse") ? false : milestone >= kCoarseUntil), context));
   }
   return collapser.Compact();
 }

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/simplify/uncovered_points.h"
 
 #include <Eigen/Geometry>
@@ -61,7 +62,7 @@ double BestCosine(const Triangles& surface, const ClosestPointTree& tree, const 
   std::array<ClosestPointTree::Hit, 16> hits;  // the valence of few vertices is more
   const int count = tree.Nearest(point, hits);
   double best = -1;
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < (XP("onecos") ? 1 : count); ++k) {
     if (hits[k].squared_distance > kAsNear * hits[0].squared_distance) break;
     best = std::max(best, surface.NormalOf(tree.source()[hits[k].item]).dot(normal));
   }
@@ -122,7 +123,7 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
     const int face = face_of[k];
     const int64_t point = static_cast<int64_t>(k) * stride;
     if (face == kNone) continue;
-    if (points_of[face] < kFewestNoisy && ReachOf(cloud, point, limits).of_noise) continue;
+    if (points_of[face] < kFewestNoisy && !XP("fewnoisy") && ReachOf(cloud, point, limits).of_noise) continue;
     lost.points.push_back(cloud.points.col(point));
     lost.faces += counted[face] == 0;
     counted[face] = 1;

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/topology/surface_support.h"
 
 #include <algorithm>
@@ -67,11 +68,11 @@ absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
         const double reach = std::max(kSupportSpacings * cloud.spacing[found[i]],
                                       kSupportNoises * cloud.noise[found[i]]);
         if (squared[i] <= reach * reach &&
-            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
+            cloud.normals.col(found[i]).dot(normals.col(v)) > (XP("ucos") ? 0.3 : kSupportAgreement)) {
           sum.Add(cloud.points.col(found[i]));
         }
       }
-      support.holds[v] = !sum.empty() && !sum.BeyondBorder(support.spacing[v]);
+      support.holds[v] = !sum.empty() && (XP("nobeyond") || !sum.BeyondBorder(support.spacing[v]));
     };
     nearby.OfEach(places, begin, end, judge);
   }));

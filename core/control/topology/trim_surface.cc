@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/topology/trim_surface.h"
 
 #include <Eigen/Geometry>
@@ -152,7 +153,7 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Links& lin
   std::vector<uint8_t> keep = support.holds;
   for (const Region& region : RegionsWithoutSupport(surface, links, support)) {
     const bool small = region.diameter <= kFilledHoleSpacings * region.spacing;
-    if (!small || region.touches_border) continue;
+    if (XP("nofill") || !small || region.touches_border) continue;
     for (const int v : region.vertices) keep[v] = 1;
   }
   return keep;
@@ -160,6 +161,7 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Links& lin
 
 // Moves the vertices of the border along the mean of their two neighbours on it.
 void SmoothBorder(const std::vector<int>& next_on_border, int rounds, ControlMesh* mesh) {
+  if (XP("nobsmooth")) return;
   std::vector<int> on_border, before(next_on_border.size(), -1);
   for (int v = 0; v < static_cast<int>(next_on_border.size()); ++v) {
     if (next_on_border[v] < 0) continue;

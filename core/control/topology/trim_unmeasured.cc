@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/topology/trim_unmeasured.h"
 
 #include <Eigen/Geometry>
@@ -35,7 +36,7 @@ double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
   int nearest = 0;
   double squared = 0;
   index.Nearest(position, 1, &nearest, &squared);
-  return std::min(double{cloud.spacing[nearest]}, kWidestSpacing * cloud.median_spacing);
+  return std::min(double{cloud.spacing[nearest]}, (XP("uwide") ? 4 : kWidestSpacing) * cloud.median_spacing);
 }
 
 // Connected faces that share a flag.

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/displacement/plate/height_problem.h"
 
 #include <algorithm>
@@ -123,7 +124,7 @@ absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
   for (int l = 0; l <= level; ++l) {
     if (l > 0) heights = Prolong(*refinement_, l - 1, l, std::move(heights));
     RILIEVO_RETURN_IF_ERROR(
-        Relax(l, lengths, l == level ? kSolve.steps : kSolve.coarse_steps, context, &heights));
+        Relax(l, lengths, l == level || XP("csteps") ? kSolve.steps : kSolve.coarse_steps, context, &heights));
   }
   return heights;
 }
@@ -156,7 +157,7 @@ absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const Run
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> residuals, Residuals(heights, context));
   for (size_t p = 0; p < residuals.size(); ++p) {
     const double scale =
-        kSolve.robust_residual * std::max(NoiseOf(p), kSolve.least_noise * SpacingOf(p));
+        kSolve.robust_residual * std::max(NoiseOf(p), (XP("uclean") ? 0.1 : kSolve.least_noise) * SpacingOf(p));
     weights_[p] = static_cast<float>(RobustWeight(residuals[p], scale));
   }
   domain_weight_ = kSolve.domain_weight;

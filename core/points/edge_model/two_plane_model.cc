@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/points/edge_model/two_plane_model.h"
 
 #include <Eigen/Cholesky>
@@ -73,7 +74,7 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
-    if (more < kSameSheet) {
+    if (more < (XP("ucos") ? 0.3 : kSameSheet)) {
       // The third side of a corner turns away from both, another sheet faces one of them.
       others += less < kFacing;
       continue;
@@ -139,7 +140,7 @@ bool FitSide(const SideSums& sums, HingePlane* plane) {
     if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
     plane->normal = solver.eigenvectors().col(0);
     if (plane->normal.dot(sums.outward) < 0) plane->normal = -plane->normal;
-    if (round == kBowRounds) break;
+    if (XP("nobow") || round == kBowRounds) break;
     if (bow_squares > 0) plane->curvature = plane->normal.dot(bow_way) / bow_squares;
   }
   plane->offset = plane->normal.dot(mean) - plane->curvature * mean_bow;
@@ -167,7 +168,7 @@ bool Part(Neighborhood* around, std::array<HingePlane, 2>* sides) {
       const auto distance = [&](int k) { return std::abs(Off((*sides)[k], *around, i)); };
       const auto agreement = [&](int k) { return (*sides)[k].normal.dot(around->normal[i]); };
       int side = distance(0) <= distance(1) ? 0 : 1;
-      if (std::max(agreement(0), agreement(1)) < kOwnSides) side = kNeither;
+      if (std::max(agreement(0), agreement(1)) < kOwnSides && !XP("noneither")) side = kNeither;
       changed |= around->side[i] != side;
       around->side[i] = side;
     }
@@ -251,15 +252,15 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   // measured across the planes.
   const double tilt = axis.norm() / 2;
   const double quadric = QuadricSquares(around, axis.normalized()) * tilt * tilt;
-  const double least = kLeastScatter * fit.spacing;
+  const double least = (XP("uscat") ? kLeastNoiseByEdge : kLeastScatter) * fit.spacing;
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;
   const SolidSquares solid = PlaneSquares(around, fit.sides);
   const double planes = solid.best();
   // Two unknowns more than the quadric has (Schwarz 1978).
-  const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
-  if (planes > used * roughness * roughness) return std::nullopt;
+  const double roughness = kNoises * cloud.noise[nearest] + (XP("uscat") ? kLeastNoiseByEdge : kLeastScatter) * fit.spacing;
+  if (!XP("norough") && planes > used * roughness * roughness) return std::nullopt;
   fit.log_likelihood_ratio =
       used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
   fit.bluntness =
@@ -296,7 +297,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   const double noise = cloud.noise[nearest], spacing = cloud.spacing[nearest];
   const int wanted = NeighborhoodSize(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
-  const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
+  const int other = noise > (XP("uclean") ? 0.1 : kClean) * spacing ? 2 * wanted : wanted / 2;
   // One search serves both, for the first neighbourhood seldom says enough.
   found.count = index.Nearest(place.middle, std::max(wanted, other), found.points.data(),
                               found.squared.data());
@@ -304,7 +305,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   for (const int asked : {wanted, other}) {
     auto fit = FitAmong(cloud, found, std::min(asked, found.count), place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
-    if (best && best->log_likelihood_ratio > kEnough) break;
+    if (XP("onehood") || (best && best->log_likelihood_ratio > (XP("uev") ? 20 : kEnough))) break;
   }
   return best;
 }

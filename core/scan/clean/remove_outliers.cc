@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/clean/remove_outliers.h"
 
 #include <algorithm>
@@ -219,12 +220,12 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const double limit = factor * usual[i];
     const bool in_sheet = residual.thickness < kSheetRatio * residual.spread &&
                           residual.height < kOffDeviations * residual.thickness;
-    const bool off_sheet = residual.height > kOffDeviations * residual.thickness &&
+    const bool off_sheet = !XP("nooff") && residual.height > kOffDeviations * residual.thickness &&
                            residual.height > kOffUsual * thick * limit;
-    const bool in_volume = residual.thickness > kVolumeRatio * thick * residual.spread &&
+    const bool in_volume = !XP("novolume") && residual.thickness > kVolumeRatio * thick * residual.spread &&
                            reaches.middle[i] > kVolumeSparse * limit;
     const bool sparse = reaches.middle[i] > limit;  // half of the neighbours lie farther
-    const bool rejected = reaches.mean[i] > kReject * limit;
+    const bool rejected = !XP("noreject") && reaches.mean[i] > kReject * limit;
     if (off_sheet || in_volume || (sparse && (!in_sheet || rejected))) (*keep)[i] = 0;
   }
   if (IsLeftOut(Mechanism::kOutlierClouds)) return absl::OkStatus();

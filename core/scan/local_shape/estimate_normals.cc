@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/estimate_normals.h"
 
 #include <algorithm>
@@ -86,6 +87,8 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
       ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           for (size_t l = 0; l < lengths.size(); ++l) {
+            if (XP("twoblock") && l != 0 && l != 2) continue;
+            if (XP("noall") && l == 3) continue;
             noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
           }
         }
@@ -151,7 +154,7 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
            IsClean(noise[i], cloud->spacing[i]);
   };
   const auto clean_normal = [&](int i, std::span<const int> neighbors) {
-    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
+    if (!XP("noflat") && planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
     return RobustNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
   };
   RILIEVO_RETURN_IF_ERROR(
@@ -210,6 +213,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
         for (int64_t i = begin; i < end; ++i) {
           // Where patches had to be widened, the nearest neighbours are the nearest in height too
           // and show too little of the noise.
+          if (XP("widenoise")) continue;
           if (planes[i].spread < kWidened * first_spread[i]) continue;
           cloud.noise[i] =
               std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));

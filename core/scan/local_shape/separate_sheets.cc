@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/separate_sheets.h"
 
 #include <Eigen/Eigenvalues>
@@ -70,7 +71,7 @@ int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const
   if (found < graph.k) return -1;
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
   const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
-  if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
+  if (!XP("thinner") && changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
   return neighborhood.Across(self);
 }
 

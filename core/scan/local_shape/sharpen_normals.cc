@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/sharpen_normals.h"
 
 #include <Eigen/Cholesky>
@@ -150,7 +151,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   const double cost = squares.sum();
   if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfSide ||
       cost > kMostCost * static_cast<double>(count - kQuadricTerms) ||
-      one.normal.dot(two.normal) > kMostCosine) {
+      one.normal.dot(two.normal) > (XP("usharp") ? 0.866 : kMostCosine)) {
     return std::nullopt;
   }
   const bool first_on_one = on_one[0] > 0;
@@ -173,6 +174,7 @@ std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
   if (!quadric || quadric->cost <= least) return std::nullopt;
   std::optional<Crease> best;
   for (const double start : {-0.25, 0.25}) {
+    if (XP("onestart") && start > 0) continue;
     const auto sides = FitSides(patch, *quadric, start);
     const double saved = sides ? quadric->cost - sides->cost : 0;
     if (saved <= least) continue;

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/thick_noise.h"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ std::vector<int> AlongTangentPlane(const OrientedCloud& cloud, const PointIndex&
   const int found = index.Nearest(at, std::min(wanted, index.size()), ball.data(), squared.data());
   std::vector<std::pair<double, int>> along;
   for (int i = 0; i < found; ++i) {
-    if (ball[i] == center || cloud.normals.col(ball[i]).dot(normal) < kLeastAgreement) continue;
+    if (ball[i] == center || cloud.normals.col(ball[i]).dot(normal) < (XP("ucos") ? 0.3 : kLeastAgreement)) continue;
     const double height = normal.dot(cloud.points.col(ball[i]) - at);
     along.emplace_back(squared[i] - height * height, ball[i]);
   }

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/orientation/edge_sign_votes.h"
 
 #include <algorithm>
@@ -84,7 +85,7 @@ double Confidence(const Pair& pair) {
   const double cosine = ReflectedCosine(pair);
   const double size = std::abs(cosine);
   if (std::abs(pair.cosine) <= kParallelCosine) {
-    return std::copysign(kBentWorth * std::min(1.0, size / kUndecided), cosine);
+    return XP("nound") ? std::copysign(kBentWorth, cosine) : std::copysign(kBentWorth * std::min(1.0, size / kUndecided), cosine);
   }
   if (size < kParallelCosine) return 0;
   const double worth = kBentWorth + (1 - kBentWorth) * (std::min(size, 1.0) - kParallelCosine) /
@@ -98,7 +99,8 @@ double Confidence(const Pair& pair) {
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
   constexpr double kWallWorth = 0.8, kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
-  if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
+  if (XP("nostep") || !IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
+  if (XP("nowall")) return std::copysign(kStairWorth, ReflectedCosine(pair));
   // Sheets that face each other have the solid, or the air, between them.
   if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWorth * pair.cosine;
   return std::copysign(kStairWorth, ReflectedCosine(pair));

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/orientation/orientation_patches.h"
 
 #include <Eigen/Core>
@@ -228,7 +229,7 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
           vote(i, graph.indices[edge], relations[edge]);
         }
         const int across = graph.across(i);
-        if (across < 0) continue;
+        if (XP("noacross") || across < 0) continue;
         vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
       }
       for (const int to : neighbors) {

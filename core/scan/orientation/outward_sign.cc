@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/orientation/outward_sign.h"
 
 #include <algorithm>
@@ -48,7 +49,7 @@ int OutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
     volume += share * arm.dot(cloud.normals.col(i));
     lever += share * arm.norm();
   }
-  if (std::abs(volume) > kConvex * lever) return volume < 0 ? -1 : 1;
+  if (!XP("noconvex") && std::abs(volume) > kConvex * lever) return volume < 0 ? -1 : 1;
   for (const int axis : {2, 1, 0}) {
     if (std::abs(area[axis]) > 0.3 * area.norm()) return area[axis] < 0 ? -1 : 1;
   }
