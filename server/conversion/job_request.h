@@ -40,7 +40,7 @@ struct JobRequest {
 int64_t WorkedPoints(const JobRequest& request);
 
 // Faces of the control mesh: as many as asked for, or as the control stage chooses when it is left
-// to it (see DefaultControlFaces(), which knows the points that remain after cleaning).
+// to it (DefaultControlFaces() of all points; cleaning may leave fewer).
 int64_t ExpectedControlFaces(const JobRequest& request);
 
 // Checks every field against the ranges stated in the proto and the server's limits; nothing is
