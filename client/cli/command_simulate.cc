@@ -121,7 +121,7 @@ Command AddSimulate(CLI::App& program) {
                   "station for each view; - is standard output")
       ->required();
   app->add_option("--points", scanner.points, "number of points")
-      ->check(CLI::Range(int64_t{1}, int64_t{50000000}))
+      ->check(CLI::Range(int64_t{1}, int64_t{200000000}))
       ->capture_default_str();
   app->add_option("--noise", scanner.noise, "range error (1 sigma), fraction of the diagonal")
       ->check(RealRange(CLI::Range(0.0, 0.1)))

@@ -168,13 +168,14 @@ class Fleet:
     """Servers that only answer and workers that only work, over one database of that name."""
 
     def __init__(self, network, folder, database, name, url, servers, workers, *, program=None,
-                 blobs=None, variables=None):
+                 blobs=None, variables=None, also=()):
+        """`also`: words for all of them."""
         self.network, self.folder, self.database, self.name = network, folder, database, name
         folder = folder / name
         folder.mkdir(mode=0o700)
         program = program or os.environ["RILIEVOD"]
         self.ports = [free_port() for _ in range(servers)]
-        store = ["--store", url] + (["--blobs", blobs] if blobs else [])
+        store = ["--store", url] + (["--blobs", blobs] if blobs else []) + list(also)
         self.tokens = {name: subprocess.run(
             [program, "--make-token", name, "--tokens", str(folder / "tokens")], check=True,
             capture_output=True, text=True).stdout.split()[-1] for name in ("ann", "bob")}
