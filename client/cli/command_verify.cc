@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iostream>
@@ -28,6 +29,8 @@
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/verify_pages.h"
 #include "server/command_line/text_layout.h"
+#include "server/conversion/memory_estimate.h"
+#include "server/os/memory_limit.h"
 
 namespace rilievo {
 namespace {
@@ -193,6 +196,22 @@ absl::Status CheckParts(const VerifyArguments& arguments) {
   return absl::OkStatus();
 }
 
+// A file says how large its parts are, and it may be anybody's.
+absl::Status CheckMemory(const PartSizes& sizes, const std::string& path) {
+  const int64_t largest =
+      std::max({sizes.part_points, sizes.coarse_points / 4, 2 * sizes.block_vertices});
+  const int64_t memory = EstimateMemoryOfParts(PartSizes::Of(largest), 0);
+  const int64_t there = MemoryForThisProcess();
+  if (memory <= there) return absl::OkStatus();
+  return WithExitCode(
+      absl::ResourceExhaustedError(absl::StrFormat(
+          "%s was made by parts of up to %s points, which take about %.1f GB of memory; there are "
+          "%.1f GB: verify it where there is more",
+          path, Grouped(largest), 1e-9 * static_cast<double>(memory),
+          1e-9 * static_cast<double>(there))),
+      ExitCode::kInput);
+}
+
 absl::StatusOr<Verified> VerifyByParts(const VerifyArguments& arguments,
                                        const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
@@ -202,6 +221,9 @@ absl::StatusOr<Verified> VerifyByParts(const VerifyArguments& arguments,
   if (!stated.parts && !metadata.input_hash.empty()) {
     return UsageError(absl::StrCat(arguments.input, " was not made by parts: leave --parts out"));
   }
+  const PartSizes sizes = stated.parts.value_or(PartSizes{});
+  RILIEVO_RETURN_IF_ERROR(sizes.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckMemory(sizes, arguments.input));
   RILIEVO_ASSIGN_OR_RETURN(
       const std::shared_ptr<const PagedScan> scan,
       PageScan(arguments.scan, arguments.reading, arguments.scratch, context.stop));

@@ -1,8 +1,11 @@
 // Scans larger than memory, as people make surfaces of them.
+#include <fstream>
 #include <thread>
 
 #include "client/cli/paged_scan_source.h"
 #include "client/cli/parts_choice.h"
+#include "core/codec/container/dss.h"
+#include "core/codec/container/open_dss.h"
 #include "tests/unit/cli/program_fixture.h"
 
 namespace rilievo {
@@ -92,6 +95,23 @@ TEST_F(PartsTest, WhatTheyMakeIsVerifiedByParts) {
   EXPECT_THAT(with({"--scratch", At("scratch")}).err, HasSubstr("add that"));
   EXPECT_THAT(Run({"verify", At("a.dss"), "--parts"}).err, HasSubstr("name the scan"));
   EXPECT_EQ(Run({"verify", At("a.dss")}).code, 0);
+
+  // Of somebody who wants much memory of whoever looks at it.
+  const std::string content = Content(At("a.dss"));
+  const std::vector<uint8_t> bytes(content.begin(), content.end());
+  DecodedSurface decoded = *DecodeDss(bytes, {});
+  std::string& options = decoded.metadata.options;
+  options.replace(options.find("/16384/"), 7, "/1073741824/");
+  EncodeOptions encode;
+  encode.position_step = OpenDss(bytes, true)->header.position_step;
+  const EncodedSurface foreign = *EncodeDss(decoded.surface, decoded.metadata, encode, {});
+  const std::vector<uint8_t> written = foreign.Concatenate();
+  std::ofstream(At("a.dss"))
+      .write(reinterpret_cast<const char*>(written.data()),
+             static_cast<std::streamsize>(written.size()));
+  const Ended refused = with({"--parts"});
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("1,073,741,824 points, which take"));
 }
 
 TEST_F(PartsTest, WhatCannotBeWrittenEndsWithSix) {
