@@ -182,8 +182,8 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, UpDirection u
   d.setting = SettingOf(scan, up);
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(std::move(checked), {}, context));
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
-                           BuildControlMesh(std::move(surface.cloud), surface.graph, surface.index,
-                                            surface.frame, {}, context));
+                           BuildControlMesh(std::move(surface.cloud), std::move(surface.graph),
+                                            surface.index, surface.frame, {}, context));
   surface.cloud = std::move(control.cloud);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
 

@@ -47,11 +47,12 @@ absl::StatusOr<ZeroSet> FindZeroSet(const NeighborGraph& graph, const PointIndex
 
 }  // namespace
 
-absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
+absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, NeighborGraph graph,
                                                    const PointIndex& index, BoundaryRule boundary,
                                                    CreaseRule creases, int target_faces,
                                                    const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set, FindZeroSet(graph, index, boundary, context, &cloud));
+  graph = NeighborGraph();
   context.Report(Stage::kControlMesh, 0.5);
   zero_set.mesh = SplitFans(zero_set.mesh).mesh;
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed,

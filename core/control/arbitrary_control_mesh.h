@@ -18,7 +18,7 @@ struct ArbitraryMesh {
 // The iso-surface of an implicit function of the oriented points, trimmed where no point supports
 // it and simplified; its creases tagged unless `creases` says no. `graph` and `index` are those of
 // the cloud's points.
-absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
+absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, NeighborGraph graph,
                                                    const PointIndex& index, BoundaryRule boundary,
                                                    CreaseRule creases, int target_faces,
                                                    const RunContext& context);

@@ -94,7 +94,7 @@ absl::Status AddTopologyFigures(ControlMeshResult* result) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
+absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, NeighborGraph graph,
                                                    const PointIndex& index,
                                                    const SpatialFrame& frame,
                                                    const ControlOptions& options,
@@ -119,9 +119,10 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const Ne
     }
   }
   if (result.topology == Topology::kArbitrary) {
-    RILIEVO_ASSIGN_OR_RETURN(ArbitraryMesh made,
-                             ArbitraryControlMesh(std::move(cloud), graph, index, options.boundary,
-                                                  options.creases, target_faces, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        ArbitraryMesh made,
+        ArbitraryControlMesh(std::move(cloud), std::move(graph), index, options.boundary,
+                             options.creases, target_faces, context));
     result.mesh = std::move(made.mesh);
     cloud = std::move(made.cloud);
   }

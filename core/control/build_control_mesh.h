@@ -39,11 +39,12 @@ int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud);
 // Sets components, boundary_loops and genus. INTERNAL unless the mesh is an oriented manifold.
 absl::Status AddTopologyFigures(ControlMeshResult* result);
 
-// `graph` and `index` are those of the cloud's points, `frame` their unit frame.
+// `graph` and `index` are those of the cloud's points, `frame` their unit frame. The graph's memory
+// goes before the mesh is simplified.
 // FAILED_PRECONDITION, naming a topology that would do, when the one asked for does not suit the
 // cloud. One that was chosen here and does not suit it is replaced by kArbitrary, and the reason
 // says so.
-absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
+absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, NeighborGraph graph,
                                                    const PointIndex& index,
                                                    const SpatialFrame& frame,
                                                    const ControlOptions& options,

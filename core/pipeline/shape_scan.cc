@@ -70,11 +70,11 @@ absl::StatusOr<ShapedInput> ShapePoints(ScanSurface surface, std::string hash,
   RILIEVO_ASSIGN_OR_RETURN(ReconstructOptions fractions,
                            WithoutLengths(options, surface.frame.diagonal));
   const StageScope scope(Stage::kControlMesh, context);
-  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
-                           BuildControlMesh(std::move(surface.cloud), surface.graph, surface.index,
-                                            surface.frame, fractions.control, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      ControlMeshResult control,
+      BuildControlMesh(std::move(surface.cloud), std::move(surface.graph), surface.index,
+                       surface.frame, fractions.control, context));
   surface.cloud = std::move(control.cloud);
-  surface.graph = NeighborGraph();
   return ShapedInput{std::move(surface), std::move(control), std::move(fractions), std::move(hash)};
 }
 

@@ -30,13 +30,10 @@ NonseparatingLoopFinder::NonseparatingLoopFinder(const MeshTopology& topology,
     std::partial_sum(begin->begin(), begin->end(), begin->begin());
   }
   tables.edges.resize(tables.edge_begin.back());
-  tables.neighbors.resize(tables.edges.size());
   std::vector<int> next(tables.edge_begin.begin(), tables.edge_begin.end() - 1);
   for (int e = 0; e < topology.edge_count(); ++e) {
     for (int k = 0; k < 2; ++k) {
-      const int place = next[topology.edge_vertices(k, e)]++;
-      tables.edges[place] = e;
-      tables.neighbors[place] = topology.edge_vertices(1 - k, e);
+      tables.edges[next[topology.edge_vertices(k, e)]++] = e;
     }
   }
   tables.faces.resize(tables.face_begin.back());
@@ -52,6 +49,9 @@ std::vector<int> NonseparatingLoopFinder::LoopAround(int root, double radius) {
 }
 
 std::vector<int> NonseparatingLoopFinder::MarkLoops(int root, std::vector<uint8_t>* marks) {
+  disc_vertices_.reserve(topology_.vertex_count);
+  disc_faces_.reserve(topology_.face_count());
+  disc_edges_.reserve(topology_.edge_count());
   std::vector<int> component = Disc(root, std::numeric_limits<double>::infinity());
   for (const LoopEdge& closing : LoopEdges()) {
     for (const int v : TreeLoop(closing.edge)) (*marks)[v] = 1;
@@ -126,9 +126,8 @@ void NonseparatingLoopFinder::CollectEdges() {
     counted_stamp_[v] = stamp_;
   };
   for (const int v : disc_vertices_) {
-    const std::span<const int> edges = EdgesAt(v), neighbors = NeighborsOf(v);
-    for (size_t i = 0; i < edges.size(); ++i) {
-      const int e = edges[i], w = neighbors[i];
+    for (const int e : EdgesAt(v)) {
+      const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
       if (w < v || vertex_stamp_[w] != stamp_) continue;
       int inside = 0;
       for (int side = 0; side < 2; ++side) {
@@ -152,6 +151,7 @@ int NonseparatingLoopFinder::FindSet(int element) {
 // Boundary edges of the disc that share a vertex belong to one boundary loop, so the disc counts as
 // pinched there: it then has fewer handles than it may have, never more.
 int NonseparatingLoopFinder::CapBoundary() {
+  if (border_.empty()) return 0;
   Provide(topology_.edge_count(), &boundary_set_);
   sets_.resize(border_.size());
   std::iota(sets_.begin(), sets_.end(), 0);
@@ -186,6 +186,7 @@ std::vector<NonseparatingLoopFinder::LoopEdge> NonseparatingLoopFinder::LoopEdge
   // The cotree: faces and caps joined across edges off the shortest-path tree, farthest edges
   // first, so that what stays are the edges that close short loops.
   std::vector<LoopEdge> candidates, closing;
+  candidates.reserve(disc_edges_.size());
   for (const int e : disc_edges_) {
     const int a = topology_.edge_vertices(0, e), b = topology_.edge_vertices(1, e);
     if (parent_edge_[a] == e || parent_edge_[b] == e) continue;

@@ -34,10 +34,10 @@ class NonseparatingLoopFinder {
   double Length(const std::vector<int>& loop) const;
 
  private:
-  // What meets at each vertex, in lists one after the other. The lists hold edges, the vertices at
-  // their other ends, and the faces whose first corner the vertex is.
+  // What meets at each vertex, in lists one after the other: edges, and the faces whose first
+  // corner the vertex is.
   struct VertexTables {
-    std::vector<int> edge_begin, edges, neighbors;
+    std::vector<int> edge_begin, edges;
     std::vector<int> face_begin, faces;
   };
   static std::span<const int> ListOf(int vertex, const std::vector<int>& begin,
@@ -46,9 +46,6 @@ class NonseparatingLoopFinder {
   }
   std::span<const int> EdgesAt(int vertex) const {
     return ListOf(vertex, tables_->edge_begin, tables_->edges);
-  }
-  std::span<const int> NeighborsOf(int vertex) const {
-    return ListOf(vertex, tables_->edge_begin, tables_->neighbors);
   }
   std::span<const int> FacesOf(int vertex) const {
     return ListOf(vertex, tables_->face_begin, tables_->faces);
