@@ -11,7 +11,8 @@ class Limits:
     def __init__(self, name, memory=0, cores=0.0):
         """`memory`: bytes, its cache of files with it; `cores`: of one; 0: no limit."""
         self._first = (_ROOT / "memory").is_dir()
-        roots = [_ROOT / "memory", _ROOT / "cpu"] if self._first else [_ROOT]
+        # A group of its own has a share of its own of the processor, unlimited or not.
+        roots = [_ROOT / "memory"] + [_ROOT / "cpu"] * (cores > 0) if self._first else [_ROOT]
         self._folders = [root / f"rilievo-{name}" for root in roots]
         if not self._first:
             (_ROOT / "cgroup.subtree_control").write_text("+memory +cpu", encoding="ascii")
