@@ -18,10 +18,6 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-// Points so far from a run tell of its points too; in spacings of the thinned points. Normals agree
-// with those of the whole scan from four spacings of all points on.
-constexpr double kAnalysisHalo = 8;
-
 Surfel SurfelOf(const OrientedCloud& cloud, Eigen::Index i) {
   const Eigen::Vector3f normal = cloud.normals.col(i).cast<float>();
   return {{normal.x(), normal.y(), normal.z()}, cloud.spacing[i], cloud.noise[i]};
@@ -107,7 +103,7 @@ absl::StatusOr<int64_t> PointsOfSurface(const PagedScan& scan, const ScratchSurf
 absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurface& coarse,
                                            int64_t part_points, const ReconstructOptions& options,
                                            const PartsRun& run, const RunContext& context) {
-  const double halo = kAnalysisHalo * coarse.cloud.median_spacing * coarse.frame.diagonal;
+  const double halo = kPartHalo * coarse.cloud.median_spacing * coarse.frame.diagonal;
   const PageRuns cutter(scan, halo);
   const std::vector<PageRun> runs = cutter.Cut(part_points);
   RILIEVO_ASSIGN_OR_RETURN(ScratchSurfels surfels, ScratchSurfels::Create(scan));

@@ -8,13 +8,10 @@
 #include <utility>
 
 #include "core/loop/face_vertices.h"
+#include "core/pipeline/page_runs.h"
 
 namespace rilievo {
 namespace {
-
-// Points this far beyond what a part may reach still tell of its heights: of the coarse points'
-// spacings (heights of a block agree with those of the whole from eight spacings of all points on).
-constexpr double kHaloSpacings = 8;
 
 using Box = Eigen::AlignedBox3d;
 
@@ -101,7 +98,7 @@ class Partition {
   Box BoxOf(const std::vector<int>& members) const {
     Box box;
     for (const int f : members) box.extend(reach_[f]);
-    const double halo = kHaloSpacings * coarse_.cloud.median_spacing;
+    const double halo = kPartHalo * coarse_.cloud.median_spacing;
     box.min().array() -= halo;
     box.max().array() += halo;
     return box;
@@ -124,15 +121,11 @@ class Partition {
     return halves;
   }
 
-  // Halves that read nearly as much as the whole, as where the halo is most of it, are not worth
-  // their work.
   void Split(std::vector<int> members, int64_t points) {
-    constexpr double kWorth = 0.8;
     if (members.size() > 1 && points > most_) {
       std::array<std::vector<int>, 2> halves = Halves(members);
       const std::array<int64_t, 2> of_half = {PointsOf(halves[0]), PointsOf(halves[1])};
-      if (static_cast<double>(std::max(of_half[0], of_half[1])) <
-          kWorth * static_cast<double>(points)) {
+      if (IsWorthHalving(points, std::max(of_half[0], of_half[1]))) {
         for (size_t side = 0; side < 2; ++side) Split(std::move(halves[side]), of_half[side]);
         return;
       }

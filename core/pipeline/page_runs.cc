@@ -6,6 +6,11 @@
 
 namespace rilievo {
 
+bool IsWorthHalving(int64_t points, int64_t points_of_larger_half) {
+  constexpr double kMost = 0.8;
+  return static_cast<double>(points_of_larger_half) < kMost * static_cast<double>(points);
+}
+
 int64_t PointsOfRun(const PageRun& run, int64_t size) {
   return std::min(size, int64_t{run.end} * kPagePoints) - int64_t{run.begin} * kPagePoints;
 }
@@ -66,14 +71,11 @@ PageRun PageRuns::RunOf(int begin, int end) const {
   return run;
 }
 
-// Halves that have nearly as many points as the whole are not worth their work.
 void PageRuns::Split(PageRun run, int64_t most_points, std::vector<PageRun>* runs) const {
-  constexpr double kWorthwhile = 0.8;
   if (run.end - run.begin > 1 && run.points > most_points) {
     const int middle = run.begin + (run.end - run.begin) / 2;
     PageRun first = RunOf(run.begin, middle), second = RunOf(middle, run.end);
-    const auto most = static_cast<double>(std::max(first.points, second.points));
-    if (most < kWorthwhile * static_cast<double>(run.points)) {
+    if (IsWorthHalving(run.points, std::max(first.points, second.points))) {
       Split(std::move(first), most_points, runs);
       Split(std::move(second), most_points, runs);
       return;
