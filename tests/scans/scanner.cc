@@ -164,7 +164,7 @@ absl::Status CheckRange(absl::string_view field, double value, double low, doubl
 }  // namespace
 
 absl::Status ScannerOptions::Validate() const {
-  RILIEVO_RETURN_IF_ERROR(CheckRange("points", static_cast<double>(points), 1, 5e7));
+  RILIEVO_RETURN_IF_ERROR(CheckRange("points", static_cast<double>(points), 1, 2e8));
   RILIEVO_RETURN_IF_ERROR(CheckRange("views", views, 0, 1000));
   RILIEVO_RETURN_IF_ERROR(CheckRange("view_distance", view_distance, 1.2, 100));
   RILIEVO_RETURN_IF_ERROR(CheckRange("falloff", falloff, 0, 100));

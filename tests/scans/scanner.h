@@ -12,7 +12,7 @@
 namespace rilievo {
 
 struct ScannerOptions {
-  // Points delivered, outliers included. [1, 5e7].
+  // Points delivered, outliers included. [1, 2e8].
   int64_t points = 100000;
   // Viewpoints, spread evenly over the sphere around the shape (over a cap above it when the shape
   // is open), each taking an equal share of the points. [1, 1000]; 0: no scanner at all, points
