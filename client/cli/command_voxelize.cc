@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -51,7 +52,7 @@ struct Voxelized {
   ScanPlace place;
   std::string of;                 // for people
   std::optional<int64_t> filled;  // voxels of a shell or a solid
-  std::optional<double> volume;   // of a solid's voxels
+  std::optional<double> volume;   // of a solid's voxels, or as signed distances tell it
   std::optional<bool> is_signed;  // distances
   double band = 0;                // of distances, scan unit
 };
@@ -99,8 +100,18 @@ absl::StatusOr<Voxelized> MakeVoxels(const LoadedShape& shape, const VoxelizeArg
                              VoxelDistances::Build(shape.mesh, made.grid, arguments.band, context));
     made.is_signed = distances.is_signed();
     made.band = distances.band();
-    RILIEVO_RETURN_IF_ERROR(
-        Write(arguments, ValuesOf(distances, content, context), made.place, display));
+    VoxelValues values = ValuesOf(distances, content, context);
+    if (distances.is_signed()) {
+      made.volume = 0;
+      values.next = [next = std::move(values.next), voxel = made.grid.voxel,
+                     volume = &*made.volume]() -> absl::StatusOr<std::string_view> {
+        RILIEVO_ASSIGN_OR_RETURN(const std::string_view bytes, next());
+        *volume += VolumeInside(
+            {reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)}, voxel);
+        return bytes;
+      };
+    }
+    RILIEVO_RETURN_IF_ERROR(Write(arguments, values, made.place, display));
     return made;
   }
   absl::StatusOr<VoxelBits> bits = arguments.kind == "shell"
@@ -151,7 +162,6 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const Voxelized& made, s
         "numbers",
         absl::StrCat("uint8: 1 in ", Counted(*made.filled, "voxel", "voxels"), ", 0 elsewhere"));
   }
-  if (made.volume) out << LabelledLine("volume", absl::StrFormat("%.9g", *made.volume));
   if (made.is_signed) {
     out << LabelledLine("numbers",
                         absl::StrCat("float: distance of the centre, ",
@@ -159,6 +169,7 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const Voxelized& made, s
                                                      : "without a sign because the shape is open",
                                      ", at most ", LengthText(made.band, made.place)));
   }
+  if (made.volume) out << LabelledLine("volume", absl::StrFormat("%.9g", *made.volume));
 }
 
 absl::Status CheckVoxelize(const VoxelizeArguments& arguments, bool band_given) {

@@ -141,4 +141,10 @@ void VoxelDistances::MeasurePiece(const TrianglePiece& piece, int first, int end
   }
 }
 
+double VolumeInside(std::span<const float> distances, double voxel) {
+  double voxels = 0;
+  for (const float distance : distances) voxels += std::clamp(0.5 - distance / voxel, 0.0, 1.0);
+  return voxels * voxel * voxel * voxel;
+}
+
 }  // namespace rilievo

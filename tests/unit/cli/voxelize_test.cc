@@ -146,6 +146,10 @@ TEST_F(VoxelizeTest, DistancesAreThoseOfTheTorus) {
     }
   }
   EXPECT_LT(worst, 0.004);  // that of the reconstruction
+  const Ended measured = Run({"measure", At("a.dss"), "--json"});
+  // The tube has a radius of nine voxels: what its curvature adds falls with their square.
+  EXPECT_NEAR(told["volume"].get<double>() / Json::parse(measured.out)["volume"].get<double>(), 1,
+              2e-3);
 }
 
 TEST_F(VoxelizeTest, WordsFitATerminalAndBytesAPipe) {
@@ -155,6 +159,7 @@ TEST_F(VoxelizeTest, WordsFitATerminalAndBytesAPipe) {
   EXPECT_EQ(text.code, 0) << text.err;
   EXPECT_LE(WidestLine(text.out), 80u);
   EXPECT_THAT(text.out, HasSubstr("negative inside"));
+  EXPECT_THAT(text.out, HasSubstr("volume"));
   const Ended piped = Run({"voxelize", At("a.dss"), "-", "--resolution", "40", "--level", "2"});
   EXPECT_EQ(piped.code, 0) << piped.err;
   const Nrrd nrrd = ReadNrrd(piped.out);

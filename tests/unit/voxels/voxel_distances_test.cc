@@ -111,6 +111,16 @@ TEST(VoxelDistancesTest, LayersAreTheSameHoweverManyAreAskedFor) {
             absl::StatusCode::kInvalidArgument);
 }
 
+TEST(VoxelDistancesTest, TellTheVolumeOfThinWalls) {
+  // 3.4 voxels thick, which whole layers miss by a tenth.
+  const TriangleMesh wall = BoxMesh({0, 0, 0}, {1, 1, 0.034});
+  const auto field = VoxelDistances::Build(wall, DistanceGridAround(wall, 100, 1), 1, {});
+  ASSERT_TRUE(field.ok()) << field.status();
+  const auto values = field->Layers(0, field->grid().size.z(), {});
+  ASSERT_TRUE(values.ok()) << values.status();
+  EXPECT_NEAR(VolumeInside(*values, field->grid().voxel) / 0.034, 1, 1e-3);
+}
+
 TEST(VoxelDistancesTest, OfAnOpenSheetHaveNoSign) {
   const TriangleMesh sheet =
       MeshOf({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}});
