@@ -1,5 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -16,6 +20,7 @@
 #include "client/formats/mesh_writer.h"
 #include "core/base/status_macros.h"
 #include "core/booleans/combine_solids.h"
+#include "core/geometry/disjoint_sets.h"
 #include "core/surface/mass_properties.h"
 
 namespace rilievo {
@@ -45,16 +50,58 @@ struct CombineArguments {
 // Of the diagonal. Single floats, in which mesh files hold places, are as far apart.
 constexpr double kThinnest = 1e-7;
 
-// A surface holds no solid that is that thin all over.
-absl::Status CheckThickness(const TriangleMesh& mesh) {
+// Each with vertices of its own.
+std::vector<TriangleMesh> ComponentsOf(const TriangleMesh& mesh) {
+  DisjointSets sets(static_cast<size_t>(mesh.vertices.cols()));
+  for (const auto corners : mesh.triangles.colwise()) {
+    for (int k = 1; k < 3; ++k) {
+      sets.Unite(static_cast<uint32_t>(corners[0]), static_cast<uint32_t>(corners[k]));
+    }
+  }
+  std::map<uint32_t, std::vector<Eigen::Index>> triangles_of;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    triangles_of[sets.Find(static_cast<uint32_t>(mesh.triangles(0, t)))].push_back(t);
+  }
+  std::vector<TriangleMesh> components;
+  for (const auto& [root, triangles] : triangles_of) {
+    TriangleMesh& component = components.emplace_back();
+    component.triangles = mesh.triangles(Eigen::all, triangles);
+    std::vector<int> vertices(component.triangles.data(),
+                              component.triangles.data() + component.triangles.size());
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    component.vertices = mesh.vertices(Eigen::all, vertices);
+    for (int& v : component.triangles.reshaped()) {
+      const auto found = std::lower_bound(vertices.begin(), vertices.end(), v);
+      v = static_cast<int>(found - vertices.begin());
+    }
+  }
+  return components;
+}
+
+// A surface holds no solid that is that thin all over. Cavities have a thickness, too.
+absl::Status CheckThickness(const TriangleMesh& mesh, const std::string& of) {
   RILIEVO_ASSIGN_OR_RETURN(const MassProperties mass,
                            MassPropertiesOf(mesh.vertices, mesh.triangles));
-  const double thickness = 2 * mass.volume / mass.area;
+  const double thickness = 2 * std::abs(mass.volume) / mass.area;
   const double thinnest = kThinnest * DiagonalOf(mesh.vertices);
   if (thickness >= thinnest) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      absl::StrCat("what is left is ", thickness, " thick in the mean, less than ", thinnest,
+      absl::StrCat(of, " is ", thickness, " thick in the mean, less than ", thinnest,
                    ", the least that a surface can hold; move one of the shapes"));
+}
+
+// All of it, where a film between a side and a cavity shows, and each component by itself.
+absl::Status CheckThicknesses(const TriangleMesh& mesh) {
+  RILIEVO_RETURN_IF_ERROR(CheckThickness(mesh, "what is left"));
+  for (const TriangleMesh& component : ComponentsOf(mesh)) {
+    const Eigen::Vector3d at =
+        (component.vertices.rowwise().minCoeff() + component.vertices.rowwise().maxCoeff()) / 2;
+    RILIEVO_RETURN_IF_ERROR(
+        CheckThickness(component, absl::StrCat("a part of what is left, around (", at.x(), ", ",
+                                               at.y(), ", ", at.z(), "),")));
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
@@ -72,7 +119,7 @@ absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
   absl::StatusOr<CombinedSolids> made =
       CombineSolids(a.mesh, b.mesh, arguments.operation(), context);
   if (!made.ok()) return AtPath(arguments.Name(), made.status());
-  const absl::Status thick = CheckThickness(made->mesh);
+  const absl::Status thick = CheckThicknesses(made->mesh);
   if (!thick.ok()) return AtPath(arguments.Name(), thick);
   if (!arguments.kept_mesh.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(

@@ -1,32 +1,12 @@
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
+#include "core/geometry/disjoint_sets.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
 namespace {
-
-class DisjointSets {
- public:
-  explicit DisjointSets(size_t count) : parents_(count) {
-    std::iota(parents_.begin(), parents_.end(), 0u);
-  }
-  uint32_t Find(uint32_t i) {
-    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
-    return i;
-  }
-  // The smaller root stays: its sets are as flat as the input is local.
-  void Unite(uint32_t i, uint32_t j) {
-    i = Find(i);
-    j = Find(j);
-    if (i != j) parents_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  std::vector<uint32_t> parents_;
-};
 
 bool Counts(const Eigen::Matrix3Xi& faces, Eigen::Index f, int vertex_count) {
   const auto face = faces.col(f);

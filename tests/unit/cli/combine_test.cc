@@ -22,7 +22,9 @@ class CombineTest : public ProgramFixture {
       out << "v " << x + side * (i & 1) << ' ' << y + side * (i >> 1 & 1) << ' '
           << z + side * (i >> 2) << '\n';
     }
-    out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    // Counted from the end, so that files may be put one after the other.
+    out << "f -8 -6 -5 -7\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -2 -1 -5\nf -8 -4 -2 -6\n"
+           "f -7 -5 -1 -3\n";
   }
 
   // A surface of few triangles of a.obj.
@@ -97,6 +99,13 @@ TEST_F(CombineTest, NothingLeftOrNextToNothingIsAnError) {
       Run({"combine", At("a.obj"), At("deep.obj"), "--intersection", "-o", At("c.dss")});
   EXPECT_EQ(thin.code, 3);
   EXPECT_THAT(thin.err, HasSubstr("thick in the mean"));
+  // Beside a corner that is thick enough.
+  WriteBox("corner.obj", -1.5, -1.5, -1.5, 2);
+  std::ofstream(At("two.obj")) << Content(At("deep.obj")) << Content(At("corner.obj"));
+  const Ended beside =
+      Run({"combine", At("a.obj"), At("two.obj"), "--intersection", "-o", At("c.dss")});
+  EXPECT_EQ(beside.code, 3);
+  EXPECT_THAT(beside.err, HasSubstr("a part of what is left, around (1, 1"));
   EXPECT_FALSE(fs::exists(At("c.dss")));
 }
 
