@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/regularize/height_bounds.h"
 #include "core/loop/split_normals.h"
@@ -50,13 +52,14 @@ struct Fan {
   std::vector<double> weights;
 };
 
+// Of one part. Of `heights` and `place`, by vertex, only those of its surroundings are touched.
 class CurvatureContinuation {
  public:
   CurvatureContinuation(const LevelRings& rings, const LimitSurface& limit,
-                        std::vector<float>* heights)
-      : rings_(rings), limit_(limit), heights_(*heights), place_(heights->size(), -1) {}
+                        std::vector<float>* heights, std::vector<int>* place)
+      : rings_(rings), limit_(limit), heights_(*heights), place_(*place) {}
 
-  absl::Status Continue(const Surroundings& around, double max_height, const RunContext& context) {
+  void Continue(const Surroundings& around, double max_height, const RunContext& context) {
     const std::vector<int>& vertices = around.vertices;
     for (size_t i = 0; i < vertices.size(); ++i) place_[vertices[i]] = static_cast<int>(i);
     std::vector<float> before;
@@ -65,7 +68,7 @@ class CurvatureContinuation {
     bool bounded = false;  // a height is at its bound, so that the rest have not found their place
     Eigen::SimplicialLDLT<SparseMatrix> solver;
     for (int step = 0; step <= kMostSteps; ++step) {
-      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      if (!context.CheckStop().ok()) return;
       Linearize(around);
       Eigen::VectorXd off = Eigen::VectorXd::Zero(around.moved), held = off;
       for (int i = around.part; i < around.moved; ++i) {
@@ -96,8 +99,6 @@ class CurvatureContinuation {
     }
     const int kept = least < first && !bounded ? around.part : 0;
     for (size_t i = kept; i < vertices.size(); ++i) heights_[vertices[i]] = before[i];
-    for (const int v : vertices) place_[v] = -1;
-    return absl::OkStatus();
   }
 
  private:
@@ -162,7 +163,7 @@ class CurvatureContinuation {
         weights += weight;
         add(ring[k], weight);
         const int other = place_[ring[k]];
-        if (other < 0 || other >= around.curved) continue;
+        if (other >= around.curved) continue;
         const double stiff = std::max(weight, 0.0) / 2;  // each edge is met from both ends
         stiffness.emplace_back(i, i, stiff);
         stiffness.emplace_back(other, other, stiff);
@@ -182,7 +183,7 @@ class CurvatureContinuation {
   const LevelRings& rings_;
   const LimitSurface& limit_;
   std::vector<float>& heights_;
-  std::vector<int> place_;  // of each vertex among the surroundings, or -1
+  std::vector<int>& place_;  // of each vertex among the surroundings
   Eigen::VectorXd curvature_, areas_;
   SparseMatrix by_height_, stiffness_;
 };
@@ -222,6 +223,21 @@ Surroundings SurroundingsOf(int seed, const LevelRings& rings,
   return around;
 }
 
+// Parts whose surroundings have vertices in common come one after the other, in their order; those
+// of a list have none. `marks`: by vertex, all 0.
+std::vector<std::vector<Surroundings>> ListsApart(std::vector<Surroundings> parts,
+                                                  std::vector<int> marks) {
+  std::vector<std::vector<Surroundings>> lists;
+  for (Surroundings& part : parts) {
+    int after = 0;
+    for (const int v : part.vertices) after = std::max(after, marks[v]);
+    for (const int v : part.vertices) marks[v] = after + 1;
+    if (static_cast<size_t>(after) == lists.size()) lists.emplace_back();
+    lists[after].push_back(std::move(part));
+  }
+  return lists;
+}
+
 }  // namespace
 
 absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
@@ -232,12 +248,11 @@ absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRing
                            SectorsOfLevel(refinement, refinement.max_level()));
   for (const int v : sectors.vertices) is_edge[v] = 1;
   std::vector<uint8_t> marks(field->source.size(), 0), is_done = marks;
-  CurvatureContinuation continuation(rings, limit, &field->heights);
+  std::vector<Surroundings> parts;
   for (size_t seed = 0; seed < marks.size(); ++seed) {
     if (field->source[seed] != HeightSource::kFilled || is_done[seed] != 0) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const Surroundings around =
-        SurroundingsOf(static_cast<int>(seed), rings, field->source, &marks);
+    Surroundings around = SurroundingsOf(static_cast<int>(seed), rings, field->source, &marks);
     for (int i = 0; i < around.part; ++i) is_done[around.vertices[i]] = 1;
     const auto curved = around.vertices.begin() + around.curved;
     const bool is_all = around.vertices.size() == static_cast<size_t>(around.part);
@@ -245,7 +260,18 @@ absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRing
         std::any_of(around.vertices.begin(), curved, [&](int v) { return is_edge[v] != 0; })) {
       continue;
     }
-    RILIEVO_RETURN_IF_ERROR(continuation.Continue(around, options.max_height, context));
+    parts.push_back(std::move(around));
+  }
+  std::vector<int> place(marks.size(), 0);
+  for (const std::vector<Surroundings>& list : ListsApart(std::move(parts), place)) {
+    const auto count = static_cast<int64_t>(list.size());
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 1, context, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        CurvatureContinuation(rings, limit, &field->heights, &place)
+            .Continue(list[static_cast<size_t>(i)], options.max_height, context);
+      }
+    }));
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   }
   return absl::OkStatus();
 }

@@ -20,7 +20,8 @@ namespace rilievo {
 // step before. A part stays as it is where two rings around what moves come to a boundary, a crease
 // or a corner, where more than kMostContinued vertices move, which rounding would tell, where it is
 // a whole component, and where a height comes to its bound (BoundsOf). `rings`, `limit`: of the
-// finest level. CANCELLED is the only error.
+// finest level. Parts that lie apart are solved side by side; kMostContinued vertices take about
+// two seconds of processor time. CANCELLED is the only error.
 absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
                                const LimitSurface& limit, const DisplacementOptions& options,
                                const RunContext& context, DisplacementField* field);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <stop_token>
 #include <vector>
 
 #include "tests/unit/displacement/domain_fixtures.h"
@@ -35,9 +36,10 @@ DisplacementField OnSphere(const Domain& domain,
   return field;
 }
 
-absl::Status Continue(const Domain& domain, DisplacementField* field) {
+absl::Status Continue(const Domain& domain, DisplacementField* field,
+                      const RunContext& context = RunContext()) {
   return ContinueCurvature(domain.refinement, domain.rings, domain.limit, DisplacementOptions(),
-                           RunContext(), field);
+                           context, field);
 }
 
 struct ContinueCurvatureTest : ::testing::Test {
@@ -65,6 +67,27 @@ TEST_F(ContinueCurvatureTest, HolesOfASphereAreSpherical) {
     if (field.source[v] == HeightSource::kFilled) continue;
     EXPECT_EQ(field.heights[v], before.heights[v]) << v;
   }
+}
+
+// The first two are so near to each other that the second one sees what the first came to.
+TEST_F(ContinueCurvatureTest, HolesSideBySideAreTheSameForAnyNumberOfThreads) {
+  const auto holes = [](const Vector3d& x) {
+    return (x - Vector3d(0, 0, kRoundRadius)).norm() < 0.06 ||
+           (x - Vector3d(0, 0.16, 0.36)).norm() < 0.06 ||
+           (x - Vector3d(kRoundRadius, 0, 0)).norm() < 0.06 ||
+           (x - Vector3d(-kRoundRadius, 0, 0)).norm() < 0.06;
+  };
+  const DisplacementField before = OnSphere(domain, holes);
+  DisplacementField one = before, many = before, stopped = before;
+  ASSERT_TRUE(Continue(domain, &one, Threads(1)).ok());
+  ASSERT_TRUE(Continue(domain, &many, Threads(4)).ok());
+  EXPECT_NE(one.heights, before.heights);
+  EXPECT_EQ(one.heights, many.heights);
+  std::stop_source source;
+  source.request_stop();
+  RunContext context = Threads(2);
+  context.stop = source.get_token();
+  EXPECT_EQ(Continue(domain, &stopped, context).code(), absl::StatusCode::kCancelled);
 }
 
 TEST_F(ContinueCurvatureTest, ErrorsOfTheRimDoNotGrowInwards) {
