@@ -25,9 +25,9 @@ from fleet import POSTGRES, Fleet, Postgres  # noqa: E402
 from hosts import OneMachine  # noqa: E402
 from limits import Limits  # noqa: E402
 
-LIMIT, MOST = 1_500_000_000, 1_300_000_000
+LIMIT, MOST, ESTIMATED = 1_500_000_000, 1_300_000_000, 2_000_000_000
 FLEET = ["--max-points", 10**9, "--max-bytes", 24 * 10**9, "--max-surface-faces", 10**10,
-         "--max-job-seconds", 10**6, "--max-job-memory", LIMIT]
+         "--max-job-seconds", 10**6, "--max-job-memory", ESTIMATED]
 Seen = collections.namedtuple("Seen", "words digest peak")
 
 
@@ -140,10 +140,14 @@ class Large:
                 threading.Thread(target=self._kill, args=(fleet, over), daemon=True).start()
             with Peak([lambda process=process: process.process.pid
                        for process in fleet.workers]) as peak:
-                subprocess.run([self._options.bin / "rilievo", "jobs", "submit", scan, "--server",
-                                f"{host}:{port}", "--wait", "-o", surface], check=True,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                               env={**os.environ, "RILIEVO_TOKEN": fleet.tokens["ann"]})
+                done = subprocess.run(
+                    [self._options.bin / "rilievo", "jobs", "submit", scan, "--server",
+                     f"{host}:{port}", "--wait", "-o", surface], text=True,
+                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                    env={**os.environ, "RILIEVO_TOKEN": fleet.tokens["ann"]})
+            if done.returncode != 0:
+                words = "".join(process.words()[-2000:] for process in fleet.servers + fleet.workers)
+                raise RuntimeError(f"{done.stderr[-2000:]}\n{words}")
             return self._seen(f"{workers} workers", begin, peak, surface)
 
     def _kill(self, fleet, over):
