@@ -147,32 +147,28 @@ std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& 
   return sides;
 }
 
-// Points of patches a good part of whose links and sides, by weight, contradict the normals.
+// Points of patches whose side, where it is known, or else a good part of whose links, by weight,
+// contradict the normals: who has seen a wall from both sides need not ask how thin it is.
 // `turned`: see Agreements.
 std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
                                const std::vector<uint8_t>& turned) {
   constexpr double kContested = 0.2;
   const OrientationPatches& patches = labelled.patches;
   std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
-  const auto count = [&](int patch, double agreement) {
-    against[patch] += std::max(0.0, -agreement);
-    total[patch] += std::abs(agreement);
-  };
   for (const SignedLink& link : Agreements(patches, labelled.links, turned)) {
-    count(link.a, link.weight);
-    count(link.b, link.weight);
-  }
-  if (!labelled.sides.empty()) {
-    const std::vector<int> signs = SignsOfPatches(patches, turned);
-    for (int patch = 0; patch < patches.count; ++patch) {
-      count(patch, signs[patch] * labelled.sides[patch]);
+    for (const int patch : {link.a, link.b}) {
+      against[patch] += std::max(0.0, -link.weight);
+      total[patch] += std::abs(link.weight);
     }
   }
+  const std::vector<int> signs = SignsOfPatches(patches, turned);
+  const auto is_contested = [&](int patch) {
+    const double side = labelled.sides.empty() ? 0 : signs[patch] * labelled.sides[patch];
+    return side == 0 ? against[patch] > kContested * total[patch] : side < 0;
+  };
   std::vector<uint8_t> ambiguous;
   ambiguous.reserve(patches.patch.size());
-  for (const int patch : patches.patch) {
-    ambiguous.push_back(against[patch] > kContested * total[patch]);
-  }
+  for (const int patch : patches.patch) ambiguous.push_back(is_contested(patch));
   return ambiguous;
 }
 
