@@ -17,20 +17,40 @@ namespace {
 const double kSteep = std::numbers::sqrt2 / 2;
 // The directions that are steeper, about the way up, in cells of equal solid angle.
 constexpr int kRings = 4, kSectors = 8;
-// Fewer points than that tell nothing of what is overhead.
+// Fewer points than that tell nothing of what is around a station.
 constexpr int64_t kLeastPoints = 100;
 // Of the cells, this share has points indoors: nearly all have there, and hardly any in a street.
+// Of the sectors, this share has points where the scene lies around the stations.
 constexpr double kCovered = 0.5;
 
-using Overhead = std::bitset<kRings * kSectors>;
+// What of its directions a station has points in.
+struct Surroundings {
+  int64_t points = 0;
+  std::bitset<kRings * kSectors> overhead;
+  std::bitset<kSectors> level;  // neither steeply above nor below
+};
+
+size_t SectorOf(const Eigen::Vector3d& way) {
+  const double turn = std::atan2(way.z(), way.x()) / (2 * std::numbers::pi) + 0.5;
+  return static_cast<size_t>(std::min(static_cast<int>(kSectors * turn), kSectors - 1));
+}
 
 // `rise`: sine of the elevation, above kSteep.
 size_t CellOf(const Eigen::Vector3d& way, double rise) {
-  const double turn = std::atan2(way.z(), way.x()) / (2 * std::numbers::pi) + 0.5;
   const int ring = static_cast<int>(kRings * (rise - kSteep) / (1 - kSteep));
-  const int sector = static_cast<int>(kSectors * turn);
-  return static_cast<size_t>(std::min(ring, kRings - 1) * kSectors +
-                             std::min(sector, kSectors - 1));
+  return static_cast<size_t>(std::min(ring, kRings - 1) * kSectors) + SectorOf(way);
+}
+
+template <size_t cells>
+double ShareOf(const std::vector<Surroundings>& stations,
+               std::bitset<cells> Surroundings::*directions) {
+  size_t all = 0, covered = 0;
+  for (const Surroundings& station : stations) {
+    if (station.points < kLeastPoints) continue;
+    all += cells;
+    covered += (station.*directions).count();
+  }
+  return all > 0 ? static_cast<double>(covered) / static_cast<double>(all) : 0;
 }
 
 }  // namespace
@@ -40,9 +60,7 @@ ScanSetting SettingOf(const PointCloud& scan, UpDirection up) {
   ScanPlace place;
   place.up = up;
   const Eigen::Matrix3d y_up = YUpFrom(UpOrZ(place)).toRotationMatrix();
-  const auto stations = static_cast<size_t>(sights.stations.cols());
-  std::vector<Overhead> overhead(stations);
-  std::vector<int64_t> points(stations);
+  std::vector<Surroundings> stations(static_cast<size_t>(sights.stations.cols()));
   int64_t seen = 0, from_above = 0;
   for (size_t i = 0; i < sights.station_of.size(); ++i) {
     const uint16_t station = sights.station_of[i];
@@ -52,20 +70,20 @@ ScanSetting SettingOf(const PointCloud& scan, UpDirection up) {
     const double rise = way.y() / way.stableNorm();
     if (!std::isfinite(rise)) continue;
     ++seen;
-    ++points[station];
-    if (rise < -kSteep) ++from_above;
-    if (rise > kSteep) overhead[station].set(CellOf(way, rise));
+    Surroundings& around = stations[station];
+    ++around.points;
+    if (rise < -kSteep) {
+      ++from_above;
+    } else if (rise > kSteep) {
+      around.overhead.set(CellOf(way, rise));
+    } else {
+      around.level.set(SectorOf(way));
+    }
   }
   if (seen > 0 && 2 * from_above > seen) return ScanSetting::kAbove;
-  size_t cells = 0, covered = 0;
-  for (size_t station = 0; station < stations; ++station) {
-    if (points[station] < kLeastPoints) continue;
-    cells += overhead[station].size();
-    covered += overhead[station].count();
-  }
-  if (cells == 0) return ScanSetting::kUnknown;
-  const bool roof = static_cast<double>(covered) >= kCovered * static_cast<double>(cells);
-  return roof ? ScanSetting::kIndoors : ScanSetting::kGround;
+  if (ShareOf(stations, &Surroundings::overhead) >= kCovered) return ScanSetting::kIndoors;
+  if (ShareOf(stations, &Surroundings::level) >= kCovered) return ScanSetting::kGround;
+  return ScanSetting::kUnknown;
 }
 
 const char* SettingName(ScanSetting setting) {

@@ -7,9 +7,10 @@
 namespace rilievo {
 
 enum class ScanSetting {
-  kUnknown,  // no station has seen enough of the points
+  kUnknown,  // no station has seen enough of the points, or they stood aside, as of a thing on a
+             // table
   kAbove,    // by an aircraft: most points were seen steeply from above
-  kGround,   // outdoors: the sky is open
+  kGround,   // outdoors: the scene lies around the stations, the sky is open
   kIndoors,  // or underground: points lie overhead
 };
 

@@ -91,6 +91,9 @@ TEST(DiagnoseTest, StationsTellTheSetting) {
   EXPECT_EQ(SettingOf(street, UpDirection::kZ), ScanSetting::kGround);
   EXPECT_EQ(SettingOf(rooms, UpDirection::kUnknown), ScanSetting::kIndoors);
   EXPECT_EQ(SettingOf(block, UpDirection::kX), ScanSetting::kUnknown) << "few points each";
+  PointCloud table = street;
+  table.sights.stations.colwise() = Eigen::Vector3d(0, -100, 1);
+  EXPECT_EQ(SettingOf(table, UpDirection::kZ), ScanSetting::kUnknown) << "all ahead";
 
   const ScanDiagnosis diagnosis = DiagnoseScan(rooms, UpDirection::kZ, {}).value();
   EXPECT_THAT(DiagnosisText(diagnosis), HasSubstr("indoors or underground, by 3 stations\n"));
