@@ -7,6 +7,7 @@ namespace rilievo {
 namespace {
 
 constexpr size_t kBlock = size_t{1} << 18;
+constexpr size_t kSmallBlock = size_t{1} << 12;  // of small files, and of those that grow
 
 std::optional<uint64_t> SizeBySeeking(std::istream& in) {
   const std::istream::pos_type here = in.tellg();
@@ -37,13 +38,16 @@ bool ByteSource::ReadBlock() {
     end_ -= begin_;
     begin_ = 0;
   }
-  if (buffer_.size() < end_ + kBlock) buffer_.resize(end_ + kBlock);
-  in_.read(buffer_.data() + end_, static_cast<std::streamsize>(kBlock));
+  const size_t block =
+      unread_ ? static_cast<size_t>(std::clamp<uint64_t>(*unread_ + 1, kSmallBlock, kBlock))
+              : kBlock;
+  if (buffer_.size() < end_ + block) buffer_.resize(end_ + block);
+  in_.read(buffer_.data() + end_, static_cast<std::streamsize>(block));
   const size_t count = static_cast<size_t>(in_.gcount());
   end_ += count;
   read_ += count;
   // A file that shrinks while it is read must not leave bytes promised that will never come.
-  if (unread_) *unread_ = count < kBlock ? 0 : *unread_ - std::min<uint64_t>(*unread_, count);
+  if (unread_) *unread_ = count < block ? 0 : *unread_ - std::min<uint64_t>(*unread_, count);
   return count > 0;
 }
 
