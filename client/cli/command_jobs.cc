@@ -134,9 +134,12 @@ std::string RandomRequestId() {
 absl::StatusOr<ScanFile> LoadInput(const JobsArguments& arguments,
                                    const ReconstructArguments& wanted) {
   const WantedLayers layers = LayersFor(wanted);
-  return wanted.input == ShapeInput::kScan
-             ? LoadScan(arguments.scan, arguments.reading, layers)
-             : LoadMesh(arguments.scan, arguments.reading.format, layers.colors);
+  if (wanted.input != ShapeInput::kScan) {
+    return LoadMesh(arguments.scan, arguments.reading.format, layers.colors);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(arguments.scan, arguments.reading, layers));
+  RILIEVO_RETURN_IF_ERROR(ColorAsAsked(wanted, arguments.scan, &scan));
+  return scan;
 }
 
 // What the job is made of, and the surface that it brings up to date, if any.

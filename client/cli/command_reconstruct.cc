@@ -42,6 +42,7 @@ struct Arguments {
 absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& path) {
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan,
                            LoadScan(path, arguments.scan, LayersFor(arguments.making.options)));
+  RILIEVO_RETURN_IF_ERROR(ColorAsAsked(arguments.making.options, path, &scan));
   ReportPaths paths{path, scan.format, {}};
   return Source{std::move(scan), std::move(paths)};
 }
@@ -60,7 +61,7 @@ absl::StatusOr<Source> ReadPaged(const Arguments& arguments, const std::string& 
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
   WantedLayers wanted = LayersFor(arguments.making.options);
-  wanted.intensity = !arguments.kept_scan.empty();
+  wanted.intensity |= !arguments.kept_scan.empty();
   RILIEVO_ASSIGN_OR_RETURN(ScanSet set, LoadScans(arguments.scans(), arguments.scan,
                                                   arguments.making.options.place, wanted));
   ReportPaths paths{NameOfAll(arguments.scans()), "", {}, arguments.scans()};
@@ -73,6 +74,8 @@ absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_to
     RILIEVO_RETURN_IF_ERROR(CheckAlignment(*paths.alignment));
   }
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, MergeSet(std::move(set)));
+  RILIEVO_RETURN_IF_ERROR(
+      ColorAsAsked(arguments.making.options, NameOfAll(arguments.scans()), &scan));
   paths.scan_format = scan.format;
   if (!arguments.kept_scan.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(WritePlyScan(arguments.kept_scan, scan.cloud, scan.layers),
@@ -105,8 +108,8 @@ absl::Status CheckParts(const Arguments& arguments) {
   if (!arguments.making.connection.server.empty()) {
     return UsageError("--parts works in this process; leave --server out");
   }
-  if (!arguments.scan.classes.empty()) return refuse("--classes");
   if (!arguments.scan.trajectory.empty()) return refuse("--trajectory");
+  if (options.colors == "intensity") return refuse("--colors intensity");
   if (options.stations == "use") return refuse("--stations use");
   if (options.normals == "use") return refuse("--normals use");
   return absl::OkStatus();

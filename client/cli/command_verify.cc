@@ -191,7 +191,6 @@ absl::Status CheckParts(const VerifyArguments& arguments) {
   }
   if (!arguments.parts) return absl::OkStatus();
   if (arguments.scan.empty()) return UsageError("--parts: name the scan too");
-  if (!arguments.reading.classes.empty()) return refuse("--classes");
   if (!arguments.reading.trajectory.empty()) return refuse("--trajectory");
   return absl::OkStatus();
 }

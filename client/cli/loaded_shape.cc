@@ -147,6 +147,9 @@ void AddScanOptions(CLI::App* app, ScanArguments* arguments) {
                   "take the points of these classes alone, such as 2,6 (LAS: ground, buildings)")
       ->delimiter(',')
       ->check(CLI::Range(0, 255));
+  app->add_flag("--last-returns", arguments->last_returns,
+                "take the last return of each pulse alone (LAS, LAZ): fewer leaves where the scan "
+                "has no classes");
 }
 
 void AddTrajectoryOption(CLI::App* app, ScanArguments* arguments) {
@@ -160,6 +163,7 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
                                   const WantedLayers& layers) {
   WantedLayers wanted = layers;
   wanted.classes.assign(arguments.classes.begin(), arguments.classes.end());
+  wanted.last_returns = arguments.last_returns;
   std::optional<Trajectory> trajectory;
   if (wanted.stations && !arguments.trajectory.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(trajectory, ReadTrajectory(arguments.trajectory));
@@ -174,6 +178,11 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     const bool is_mesh = kind == FileKind::kStl || kind == FileKind::kGlb;
     RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, is_mesh ? ReadMeshVertices(input.stream(), name, wanted)
                                                     : ReadScanStream(input.stream(), name, wanted));
+    if (arguments.last_returns && kind != FileKind::kLas) {
+      return absl::InvalidArgumentError(
+          "--last-returns needs the numbers of the returns, which LAS and LAZ files have; leave it "
+          "out");
+    }
     if (trajectory && kind != FileKind::kLas) {
       return absl::InvalidArgumentError(
           "--trajectory needs the GPS times of its points, which LAS and LAZ files have; leave it "

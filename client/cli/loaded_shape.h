@@ -38,10 +38,11 @@ struct ScanArguments {
   std::string format;             // see AddFormatOption; may be empty
   bool points_only = false;       // a mesh may stand for its vertices
   std::vector<int> classes = {};  // see WantedLayers
+  bool last_returns = false;      // likewise
   std::string trajectory = {};    // a file, see Trajectory; empty: none
 };
 
-// --points-only and --classes of a command; `arguments` must outlive it.
+// --points-only, --classes and --last-returns of a command; `arguments` must outlive it.
 void AddScanOptions(CLI::App* app, ScanArguments* arguments);
 
 // --trajectory of a command that uses stations; `arguments` must outlive it.

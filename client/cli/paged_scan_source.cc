@@ -67,9 +67,10 @@ absl::StatusOr<std::string> IdentityOf(const std::string& path, const ScanArgume
   return absl::StrJoin(
       {absl::StrCat("rilievo " RILIEVO_VERSION " ", kPartsRecipe), absolute,
        absl::StrCat(file.st_size), absl::StrCat(file.st_mtim.tv_sec, ".", file.st_mtim.tv_nsec),
-       arguments.format, asked.SerializeAsString(), options.height_step, options.max_error,
-       options.close_holes_below, options.bridge_gaps_below, place.unit, place.up, place.crs,
-       absl::StrCat(sizes.part_points)},
+       arguments.format, absl::StrJoin(arguments.classes, ","),
+       absl::StrCat(arguments.last_returns), asked.SerializeAsString(), options.height_step,
+       options.max_error, options.close_holes_below, options.bridge_gaps_below, place.unit,
+       place.up, place.crs, absl::StrCat(sizes.part_points)},
       std::string(1, '\0'));
 }
 

@@ -3,7 +3,9 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/exit_code.h"
 #include "client/cli/length_words.h"
+#include "client/formats/intensity_colors.h"
 #include "client/formats/mesh_reader.h"
 #include "core/base/status_macros.h"
 #include "core/control/control_options.h"
@@ -81,11 +83,15 @@ void AddScanShapeOptions(CLI::App* app, ReconstructArguments* a) {
 
 void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments* a) {
   a->input = input;
-  const std::string thing = input == ShapeInput::kScan ? "scan" : "mesh";
-  app->add_option("--colors", a->colors,
-                  absl::StrCat("auto: the surface has the colours of the ", thing,
-                               ", where it has any; ignore: none"))
-      ->check(CLI::IsMember({"auto", "ignore"}))
+  const bool is_scan = input == ShapeInput::kScan;
+  const std::string thing = is_scan ? "scan" : "mesh";
+  app->add_option(
+         "--colors", a->colors,
+         absl::StrCat("auto: the surface has the colours of the ", thing, ", where it has any",
+                      is_scan ? "; intensity: a grey by the intensity of its points" : "",
+                      "; ignore: none"))
+      ->check(is_scan ? CLI::IsMember({"auto", "intensity", "ignore"})
+                      : CLI::IsMember({"auto", "ignore"}))
       ->capture_default_str();
   app->add_option("--creases", a->creases,
                   absl::StrCat("auto: sharp edges of the ", thing,
@@ -160,9 +166,17 @@ void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::strin
 }
 
 WantedLayers LayersFor(const ReconstructArguments& arguments) {
-  return {.colors = arguments.colors != "ignore",
+  return {.intensity = arguments.colors == "intensity",
+          .colors = arguments.colors == "auto",
           .stations = arguments.stations != "ignore",
           .normals = arguments.normals != "ignore"};
+}
+
+absl::Status ColorAsAsked(const ReconstructArguments& arguments, const std::string& name,
+                          ScanFile* scan) {
+  if (arguments.colors != "intensity") return absl::OkStatus();
+  const absl::Status status = ColorByIntensity(scan);
+  return status.ok() ? status : WithMessage(status, absl::StrCat(name, ": ", status.message()));
 }
 
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments) {

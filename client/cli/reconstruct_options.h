@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "client/cli/place_options.h"
 #include "client/formats/point_layers.h"
+#include "client/formats/scan_reader.h"
 #include "rilievo/v1/options.pb.h"
 
 namespace rilievo {
@@ -38,6 +39,11 @@ void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::strin
 
 // What is to be read of a scan for them.
 WantedLayers LayersFor(const ReconstructArguments& arguments);
+
+// Once it was read: gives it the colours that they ask for, where these are not its own. `name`: of
+// the scan, for errors.
+absl::Status ColorAsAsked(const ReconstructArguments& arguments, const std::string& name,
+                          ScanFile* scan);
 
 // As the protocol says it, of all scans alike; reads the file of the control mesh.
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments);

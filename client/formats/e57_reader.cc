@@ -167,14 +167,14 @@ class E57Reader {
     if (scan.has_pose) point = scan.rotation * point + scan.translation;
     points_.Add(point.x(), point.y(), point.z());
     sights_.AddStation(StationOf(scan));
-    if (HasIntensity(scan)) intensity_.push_back(static_cast<float>(values[next++][i]));
+    if (HasIntensity(scan)) sights_.AddIntensity(values[next++][i]);
     if (HasColors(scan)) {
       std::array<double, 3> color{};
       for (size_t k = 0; k < 3; ++k) color[k] = Channel(values[next++][i], scan.color_limits[k]);
       if (scan.color_invalid >= 0 && values[next++][i] != 0) color.fill(std::nan(""));
       sights_.AddColor(color.data());
     }
-    if (HasClasses(scan)) sights_.AddClass(values[next++][i]);
+    if (HasClasses(scan)) points_.AddClass(values[next++][i]);
     if (!any_normals_) return;
     Eigen::Vector3d normal = UnknownPlace();
     if (HasNormals(scan)) {
@@ -210,13 +210,11 @@ class E57Reader {
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
     absl::StrAppend(&scan.format, sights_.LeftOut(points_.count()));
     scan.cloud.sights = sights_.Finish(points_.count());
-    scan.classes = sights_.TakeClasses();
+    scan.layers.intensity = sights_.FinishIntensity(points_.count());
     scan.cloud.points = points_.Finish();
+    scan.classes = points_.TakeClasses();
     scan.place.metres_per_unit = 1;
     scan.place.crs = crs_;
-    // A layer needs a value for each point. Layers that some scan does not have are left out.
-    const auto count = static_cast<size_t>(scan.cloud.points.cols());
-    if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
     return scan;
   }
 
@@ -226,7 +224,6 @@ class E57Reader {
   const WantedLayers wanted_;
   PointCollector points_{wanted_.sink};
   SightCollector sights_;
-  std::vector<float> intensity_;
   uint64_t invalid_ = 0;
   bool any_normals_ = false;  // of some scan, and wanted
 };

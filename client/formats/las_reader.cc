@@ -38,6 +38,14 @@ uint8_t ClassOf(const char* record, int point_format) {
                           : static_cast<uint8_t>(record[16]);
 }
 
+// Whether the pulse went on to another return. Points without numbers have none behind them.
+bool IsPassed(const char* record, int point_format) {
+  const auto returns = static_cast<uint8_t>(record[14]);
+  const int bits = point_format < 6 ? 3 : 4;
+  const int mask = (1 << bits) - 1;
+  return (returns & mask) < ((returns >> bits) & mask);
+}
+
 class LasReader {
  public:
   LasReader(const LasHeader& header, const WantedLayers& wanted)
@@ -74,12 +82,15 @@ class LasReader {
     scan.format = absl::StrCat(header_.compressed ? "LAZ 1." : "LAS 1.", header_.minor_version,
                                ", point format ", header_.point_format);
     if (withheld_ > 0) absl::StrAppend(&scan.format, ", without ", withheld_, " withheld points");
+    if (wanted_.last_returns) {
+      absl::StrAppend(&scan.format, ", without ", passed_, " returns before the last");
+    }
     scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
     scan.place.up = UpDirection::kZ;  // LAS 1.4 R15: Z is the elevation
     scan.place.crs = std::move(records_.crs);
     scan.layers.intensity = std::move(intensity_);
-    scan.classes = std::move(classes_);
+    scan.classes = points_.TakeClasses();
     if (largest_channel_ == 0) return scan;  // black is what programs write that have no colours
     // 16 bits a channel, but many programs write 8.
     const int shift = largest_channel_ > 255 ? 8 : 0;
@@ -134,6 +145,10 @@ class LasReader {
       ++withheld_;
       return;
     }
+    if (wanted_.last_returns && IsPassed(record, header_.point_format)) {
+      ++passed_;
+      return;
+    }
     std::array<double, 3> point;
     for (int axis = 0; axis < 3; ++axis) {
       const auto value = LoadAs<int32_t>(record + 4 * axis, kSwap);
@@ -141,7 +156,7 @@ class LasReader {
     }
     points_.Add(point[0], point[1], point[2]);
     if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
-    if (!wanted_.classes.empty()) classes_.push_back(ClassOf(record, header_.point_format));
+    if (!wanted_.classes.empty()) points_.AddClass(ClassOf(record, header_.point_format));
     if (wanted_.trajectory != nullptr) AddStation(record);
     if (color_offset_ == 0) return;
     std::array<uint16_t, 3> color;
@@ -167,13 +182,12 @@ class LasReader {
   LasVariableRecords records_;
   PointCollector points_{wanted_.sink};
   std::vector<float> intensity_;
-  std::vector<uint8_t> classes_;
   std::vector<std::array<uint16_t, 3>> colors_;
   uint16_t largest_channel_ = 0;
   SightCollector sights_{wanted_};
   bool has_stations_ = false;  // some point has
   double first_time_ = std::numeric_limits<double>::infinity(), last_time_ = -first_time_;
-  uint64_t withheld_ = 0;
+  uint64_t withheld_ = 0, passed_ = 0;
 };
 
 }  // namespace
@@ -190,7 +204,8 @@ absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wante
   RILIEVO_RETURN_IF_ERROR(reader.Read(&source));
   if (reader.count() == 0) {
     return absl::InvalidArgumentError(
-        absl::StrCat("LAS: all ", header.point_count, " points are marked as withheld"));
+        absl::StrCat("LAS: all ", header.point_count, " points are marked as withheld",
+                     wanted.last_returns ? ", or are returns before the last" : ""));
   }
   RILIEVO_RETURN_IF_ERROR(reader.CheckTimes());
   return reader.Finish();

@@ -242,7 +242,7 @@ struct PcdPoints {
   // `values`: of the header's columns.
   void Add(const PcdHeader& header, const std::vector<double>& values) {
     points.Add(values[0], values[1], values[2]);
-    header.sights.Take(values.data(), &sights);
+    header.sights.Take(values.data(), &points, &sights);
     if (!header.sights.has_sensor()) sights.AddStation(header.viewpoint);
     if (header.packed_color_at == 0) return;
     sights.AddColor(UnpackedColor(values[header.packed_color_at], header.color_is_float).data());
@@ -359,8 +359,9 @@ absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wante
   ScanFile scan;
   scan.format = absl::StrCat("PCD ", header.data);
   scan.cloud.sights = points.sights.Finish(points.points.count());
-  scan.classes = points.sights.TakeClasses();
+  scan.layers.intensity = points.sights.FinishIntensity(points.points.count());
   scan.cloud.points = points.points.Finish();
+  scan.classes = points.points.TakeClasses();
   return scan;
 }
 

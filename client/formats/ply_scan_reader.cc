@@ -41,32 +41,23 @@ class VertexColumns {
           ColorCollector::KindOf(element.properties[static_cast<size_t>(red)].type));
     }
     const int station = find("station");
-    if (station >= 0 && stations.element() >= 0 && !sight_columns_.has_sensor()) {
-      station_at_ = Append(station);
-    }
-    int intensity = wanted.intensity ? find("intensity") : -1;
-    if (wanted.intensity && intensity < 0) intensity = find("scalar_Intensity");
-    if (intensity >= 0) intensity_at_ = Append(intensity);
+    if (station < 0 || stations.element() < 0 || sight_columns_.has_sensor()) return;
+    station_at_ = scalars_.size();
+    scalars_.push_back(station);
   }
 
   std::span<const int> scalars() const { return scalars_; }
 
-  void Take(const double* values, PlyStations* stations, SightCollector* sights,
-            PointLayers* layers) const {
-    sight_columns_.Take(values, sights);
+  void Take(const double* values, PlyStations* stations, PointCollector* points,
+            SightCollector* sights) const {
+    sight_columns_.Take(values, points, sights);
     if (station_at_ > 0) stations->AddVertex(values[station_at_]);
-    if (intensity_at_ > 0) layers->intensity.push_back(static_cast<float>(values[intensity_at_]));
   }
 
  private:
-  size_t Append(int property) {
-    scalars_.push_back(property);
-    return scalars_.size() - 1;
-  }
-
   std::vector<int> scalars_;
   SightColumns sight_columns_;
-  size_t intensity_at_ = 0, station_at_ = 0;  // in scalars_; 0: none
+  size_t station_at_ = 0;  // in scalars_; 0: none
 };
 
 }  // namespace
@@ -88,7 +79,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
     for (uint64_t i = 0; i < element.count; ++i) {
       RILIEVO_RETURN_IF_ERROR(reader.Next());
       points.Add(reader.scalars()[0], reader.scalars()[1], reader.scalars()[2]);
-      columns.Take(reader.scalars(), &stations, &sights, &scan.layers);
+      columns.Take(reader.scalars(), &stations, &points, &sights);
     }
     return absl::OkStatus();
   };
@@ -104,8 +95,9 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   }
   RILIEVO_RETURN_IF_ERROR(stations.Finish(&sights));
   scan.cloud.sights = sights.Finish(points.count());
-  scan.classes = sights.TakeClasses();
+  scan.layers.intensity = sights.FinishIntensity(points.count());
   scan.cloud.points = points.Finish();
+  scan.classes = points.TakeClasses();
   scan.format = absl::StrCat("PLY ", PlyFormatName(header.format));
   for (const PlyElement& other : header.elements) {
     if (other.name == "face" || other.name == "tristrips") scan.faces += other.count;

@@ -1,10 +1,12 @@
-// A growing list of points that ends as a matrix without a second copy, or goes on to a sink.
+// A growing list of points, with their classes, that ends as a matrix without a second copy, or
+// goes on to a sink.
 #pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "client/formats/point_layers.h"
@@ -32,6 +34,11 @@ class PointCollector {
     ++kept_;
   }
 
+  // Of the point that was added last.
+  void AddClass(double number) {
+    classes_.push_back(number >= 0 && number <= 255 ? static_cast<uint8_t>(number) : 0);
+  }
+
   int64_t count() const { return passed_on_ + kept_; }
 
   // Those that are kept.
@@ -40,6 +47,8 @@ class PointCollector {
     points_.conservativeResize(3, kept_);
     return std::move(points_);
   }
+  // Of each point that is kept, or of some where the file does not have one for each.
+  std::vector<uint8_t> TakeClasses() { return std::move(classes_); }
 
  private:
   static constexpr Eigen::Index kBlock = 1 << 14;
@@ -55,6 +64,8 @@ class PointCollector {
   }
 
   void PassOn() {
+    sink_->TakeClasses(classes_);
+    classes_.clear();
     sink_->Take(points_.leftCols(kept_));
     passed_on_ += kept_;
     kept_ = 0;
@@ -66,6 +77,7 @@ class PointCollector {
 
   PointSink* sink_;
   Eigen::Matrix3Xd points_;
+  std::vector<uint8_t> classes_;
   Eigen::Index kept_ = 0;
   int64_t passed_on_ = 0;
 };

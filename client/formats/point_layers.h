@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -19,6 +20,8 @@ class PointSink {
   virtual ~PointSink() = default;
   // So many more are to come, where the file tells. Reading ends with this error.
   virtual absl::Status Expect(uint64_t points) = 0;
+  // Those of the points that Take() is given next, one each, where classes are wanted and there.
+  virtual void TakeClasses(std::span<const uint8_t> /*classes*/) {}
   // Column = point, as in the file.
   virtual void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) = 0;
 };
@@ -29,10 +32,12 @@ struct WantedLayers {
   bool colors = false, stations = false, normals = false;  // of PointCloud::sights
   // The points of these classes alone (LAS: 2 is ground, 6 buildings); empty: all points.
   std::vector<uint8_t> classes = {};
+  // The last return of each pulse alone (LAS, LAZ): what lies behind leaves that let it through.
+  bool last_returns = false;
   // Where the sensor was at the times of the points (LAS, LAZ); null: not known.
   const Trajectory* trajectory = nullptr;
-  // Takes the points instead of the cloud, which stays without any; null: none does. Layers and
-  // classes are not to be wanted then.
+  // Takes the points instead of the cloud, which stays without any; null: none does. Layers are
+  // not to be wanted then.
   PointSink* sink = nullptr;
 };
 

@@ -53,8 +53,16 @@ absl::StatusOr<ScanFile> ReadAnyScan(std::istream& in, const std::string& name,
 
 absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
                                         const WantedLayers& wanted) {
-  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, wanted));
-  if (!wanted.classes.empty()) RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
+  if (wanted.classes.empty() || wanted.sink == nullptr) {
+    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, wanted));
+    if (!wanted.classes.empty()) RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
+    return scan;
+  }
+  ClassSink chosen(wanted.classes, wanted.sink);
+  WantedLayers through = wanted;
+  through.sink = &chosen;
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, through));
+  RILIEVO_RETURN_IF_ERROR(chosen.Finish(&scan));
   return scan;
 }
 

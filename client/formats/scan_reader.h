@@ -16,7 +16,7 @@ namespace rilievo {
 struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept; sights where wanted
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
-  PointLayers layers = {};  // intensity where wanted, of PLY, LAS, LAZ, E57 and PTX
+  PointLayers layers = {};  // intensity where wanted
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
   ScanPlace place = {};     // what the format says of it: E57 the unit, LAS and LAZ up and CRS
   std::vector<uint8_t> classes = {};  // of the points, until ReadScanStream() has chosen
@@ -41,16 +41,18 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
 // Point Cloud Library files, version 0.6 and 0.7: ascii, binary, binary_compressed; any fields.
 // Normals are normal_x, normal_y, normal_z; the sensor's place is vp_x, vp_y, vp_z, or that of
 // VIEWPOINT, whose default, 0 0 0 1 0 0 0, says nothing. Colours are the field rgb or rgba, packed
-// as the library does, or r, g, b; classes as in PLY.
+// as the library does, or r, g, b; classes and intensities as in PLY.
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Lines of numbers, x y z first (or where a heading says, see xyz_heading.h), separated by blanks,
 // tabs, commas or semicolons (see NextField(): an empty field is a column too); further columns are
-// passed over, but for the normals, the sensor's place, colours and classes that a heading names,
-// as in PLY. What a line lacks of these is not known; x, y and z must be there. Without a heading
-// the last three of six or seven columns are colours where all are whole numbers from 0 to 255.
+// passed over, but for the normals, the sensor's place, colours, classes and intensities that a
+// heading names, as in PLY. What a line lacks of these is not known; x, y and z must be there.
+// Without a heading the last three of six or seven columns are colours where all are whole numbers
+// from 0 to 255.
 // Comments start with #, // or %. A line with a single whole number gives the count of the points
-// that follow (PTS), several such blocks may follow.
+// that follow (PTS), several such blocks may follow; of four or seven columns the fourth is the
+// intensity there.
 absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in, const WantedLayers& wanted = {});
 
 // The 'v' lines of a Wavefront file; three numbers behind x, y and z are a colour.

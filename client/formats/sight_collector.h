@@ -1,4 +1,4 @@
-// The stations, normals, colours and classes of a scan's points, as a reader comes by them.
+// The stations, normals, colours and intensities of a scan's points, as a reader comes by them.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/color_collector.h"
+#include "client/formats/point_collector.h"
 #include "client/formats/point_layers.h"
 #include "core/geometry/point_sights.h"
 #include "core/geometry/station_table.h"
@@ -42,9 +43,9 @@ class SightCollector {
   void KeepCertainColors() {
     if (!colors_.AreCertain()) colors_ = {};
   }
-  void AddClass(double number) {
-    if (wanted_.classes.empty()) return;
-    classes_.push_back(number >= 0 && number <= 255 ? static_cast<uint8_t>(number) : 0);
+
+  void AddIntensity(double value) {
+    if (wanted_.intensity) intensity_.push_back(static_cast<float>(value));
   }
 
   // Behind the name of a format, before Finish(): whether some of `points` points have colours that
@@ -66,8 +67,11 @@ class SightCollector {
     if (sights.colors.size() != static_cast<size_t>(points)) sights.colors.clear();
     return sights;
   }
-  // Of each point, or of some where the file does not have one for each.
-  std::vector<uint8_t> TakeClasses() { return std::move(classes_); }
+  // Of `points` points, or none where some have none.
+  std::vector<float> FinishIntensity(int64_t points) {
+    if (intensity_.size() != static_cast<size_t>(points)) intensity_.clear();
+    return std::move(intensity_);
+  }
 
  private:
   const WantedLayers wanted_;
@@ -75,7 +79,7 @@ class SightCollector {
   int64_t station_count_ = 0;
   std::vector<float> normals_;
   ColorCollector colors_;
-  std::vector<uint8_t> classes_;
+  std::vector<float> intensity_;
 };
 
 inline Eigen::Vector3d UnknownPlace() {
@@ -84,7 +88,7 @@ inline Eigen::Vector3d UnknownPlace() {
 
 // The columns of a file that names them: nx, ny, nz or normal_x, normal_y, normal_z, and sensor_x,
 // sensor_y, sensor_z or vp_x, vp_y, vp_z; red, green, blue or r, g, b; classification or
-// scalar_Classification.
+// scalar_Classification; intensity or scalar_Intensity.
 class SightColumns {
  public:
   SightColumns() = default;
@@ -112,13 +116,19 @@ class SightColumns {
       add({"red", "green", "blue"}, &color_at_);
       add({"r", "g", "b"}, &color_at_);
     }
-    if (wanted.classes.empty()) return;
-    for (const std::string_view name :
-         {"classification", "scalar_classification", "scalar_Classification"}) {
-      const int column = find(name);
-      if (column < 0 || class_at_ > 0) continue;
-      class_at_ = columns->size();
-      columns->push_back(column);
+    const auto add_one = [&](const Names& names, size_t* at) {
+      for (const std::string_view name : names) {
+        const int column = find(name);
+        if (column < 0 || *at > 0) continue;
+        *at = columns->size();
+        columns->push_back(column);
+      }
+    };
+    if (wanted.intensity) {
+      add_one({"intensity", "scalar_intensity", "scalar_Intensity"}, &intensity_at_);
+    }
+    if (!wanted.classes.empty()) {
+      add_one({"classification", "scalar_classification", "scalar_Classification"}, &class_at_);
     }
   }
 
@@ -128,6 +138,12 @@ class SightColumns {
     for (int channel = 0; channel < 3; ++channel) columns->push_back(first + channel);
   }
 
+  // The intensity in a column that has no name.
+  void AddIntensityAt(int column, std::vector<int>* columns) {
+    intensity_at_ = columns->size();
+    columns->push_back(column);
+  }
+
   // The column of the red channel; -1: there are no colours.
   int color_column(const std::vector<int>& columns) const {
     return color_at_ > 0 ? columns[color_at_] : -1;
@@ -135,17 +151,18 @@ class SightColumns {
 
   bool has_sensor() const { return sensor_at_ > 0; }
 
-  // `values`: of all columns.
-  void Take(const double* values, SightCollector* sights) const {
+  // Of the point that was added to `points` last. `values`: of all columns.
+  void Take(const double* values, PointCollector* points, SightCollector* sights) const {
     if (normal_at_ > 0) sights->AddNormal(Eigen::Map<const Eigen::Vector3d>(values + normal_at_));
     if (sensor_at_ > 0) sights->AddStation(Eigen::Map<const Eigen::Vector3d>(values + sensor_at_));
     if (color_at_ > 0) sights->AddColor(values + color_at_);
-    if (class_at_ > 0) sights->AddClass(values[class_at_]);
+    if (intensity_at_ > 0) sights->AddIntensity(values[intensity_at_]);
+    if (class_at_ > 0) points->AddClass(values[class_at_]);
   }
 
  private:
   // 0, where the coordinates are: none.
-  size_t normal_at_ = 0, sensor_at_ = 0, color_at_ = 0, class_at_ = 0;
+  size_t normal_at_ = 0, sensor_at_ = 0, color_at_ = 0, intensity_at_ = 0, class_at_ = 0;
 };
 
 }  // namespace rilievo

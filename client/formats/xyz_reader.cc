@@ -41,8 +41,9 @@ class XyzReader {
     scan.format = axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_);
     if (colors_are_guessed_) sights_.KeepCertainColors();
     scan.cloud.sights = sights_.Finish(points_.count());
-    scan.classes = sights_.TakeClasses();
+    scan.layers.intensity = sights_.FinishIntensity(points_.count());
     scan.cloud.points = points_.Finish();
+    scan.classes = points_.TakeClasses();
     return scan;
   }
 
@@ -159,10 +160,14 @@ class XyzReader {
   }
 
   // Without a heading three columns behind x y z, or behind x y z and the intensity as in PTS, may
-  // be colours: their numbers tell.
-  void GuessColors(std::string_view line) {
+  // be colours: their numbers tell. What begins with a count is PTS.
+  void GuessColumns(std::string_view line) {
+    if (!axis_names_.empty()) return;
     const auto columns = static_cast<int>(CountFields(line).filled);
-    if (!wanted_.colors || !axis_names_.empty() || (columns != 6 && columns != 7)) return;
+    if (wanted_.intensity && block_left_ && (columns == 4 || columns == 7)) {
+      sight_columns_.AddIntensityAt(3, &columns_);
+    }
+    if (!wanted_.colors || (columns != 6 && columns != 7)) return;
     sight_columns_.AddColorsAt(columns - 3, &columns_);
     colors_are_guessed_ = true;
   }
@@ -186,7 +191,7 @@ class XyzReader {
 
   absl::Status TakePoint(std::string_view line) {
     if (commented_heading_) FollowComment(line);
-    if (points_.count() == 0) GuessColors(line);
+    if (points_.count() == 0) GuessColumns(line);
     // What a line lacks is not known.
     values_.assign(columns_.size(), std::numeric_limits<double>::quiet_NaN());
     const int last_column = *std::max_element(columns_.begin(), columns_.end());
@@ -208,7 +213,7 @@ class XyzReader {
       return LineError(column, " values, ", columns_needed_, " needed for x, y and z");
     }
     points_.Add(values_[0], values_[1], values_[2]);
-    sight_columns_.Take(values_.data(), &sights_);
+    sight_columns_.Take(values_.data(), &points_, &sights_);
     return absl::OkStatus();
   }
 

@@ -30,7 +30,7 @@ std::array<int, 3> ColorAt(const Eigen::Vector3d& p) {
 class ColorsTest : public ProgramFixture {
  protected:
   ColorsTest() {
-    std::string plain, colored = "x y z r g b classification\n";
+    std::string plain, colored = "x y z r g b intensity classification\n";
     for (int i = 0; i < kCount; ++i) {
       const double z = 1 - (i + 0.5) * 2 / kCount, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
       const Eigen::Vector3d p(r * std::cos(turn), r * std::sin(turn), z);
@@ -38,7 +38,7 @@ class ColorsTest : public ProgramFixture {
       const std::string place = absl::StrCat(p[0], " ", p[1], " ", p[2]);
       absl::StrAppend(&plain, place, "\n");
       absl::StrAppend(&colored, place, " ", color[0], " ", color[1], " ", color[2], " ",
-                      i % 2 == 0 ? 2 : 5, "\n");
+                      0.01 * color[1], " ", i % 2 == 0 ? 2 : 5, "\n");
     }
     Write("plain.xyz", plain);
     Write("colored.csv", colored);
@@ -101,6 +101,24 @@ TEST_F(ColorsTest, IgnoredOrAbsentTheyLeaveTheBytesAlone) {
   EXPECT_THAT(Content(At("plain.glb")), Not(HasSubstr("COLOR_0")));
 }
 
+TEST_F(ColorsTest, IntensityBecomesAGrey) {
+  EXPECT_FALSE(
+      Reconstruct("colored.csv", "grey.dss", {"--colors", "intensity"})["colors"].is_null());
+  ASSERT_EQ(Run({"export", At("grey.dss"), At("grey.ply")}).code, 0);
+  const auto mesh = ReadScan(At("grey.ply"), {.colors = true});
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  for (Eigen::Index v = 0; v < mesh->cloud.points.cols(); ++v) {
+    const Rgb& color = mesh->cloud.sights.colors[static_cast<size_t>(v)];
+    // It grows with y, and its hundredths are black and white.
+    const double grey = 127.5 * (1 + mesh->cloud.points(1, v) / 0.98);
+    for (const uint8_t channel : color) ASSERT_NEAR(channel, std::clamp(grey, 0.0, 255.0), 12);
+  }
+  const Ended none =
+      Run({"reconstruct", At("plain.xyz"), "-o", At("b.dss"), "--colors", "intensity"});
+  EXPECT_EQ(none.code, 3);
+  EXPECT_THAT(none.err, HasSubstr("plain.xyz: colours:"));
+}
+
 TEST_F(ColorsTest, ASizeAskedForIsKeptWithThem) {
   Reconstruct("colored.csv", "a.dss", {"--max-bytes", "1500"});
   EXPECT_LE(fs::file_size(At("a.dss")), 1500u);
@@ -127,6 +145,8 @@ TEST_F(ColorsTest, ClassesAreChosenOrTheErrorSaysWhy) {
   const Json report = Reconstruct("colored.csv", "a.dss", {"--classes", "2"});
   EXPECT_EQ(report["points_in"], kCount / 2);
   EXPECT_EQ(Run({"verify", At("a.dss"), At("colored.csv"), "--classes", "2"}).code, 0);
+  EXPECT_EQ(Reconstruct("colored.csv", "p.dss", {"--classes", "2", "--parts"})["points_in"],
+            kCount / 2);
   const Ended none = Run({"reconstruct", At("plain.xyz"), "-o", At("b.dss"), "--classes", "2,6"});
   EXPECT_EQ(none.code, 3);
   EXPECT_THAT(none.err, HasSubstr("does not give each point a class"));

@@ -90,7 +90,7 @@ TEST_F(PartsTest, WhatTheyMakeIsVerifiedByParts) {
   const Ended in_memory = with({});
   EXPECT_EQ(in_memory.code, 2);
   EXPECT_THAT(in_memory.err, HasSubstr("add --parts"));
-  EXPECT_THAT(with({"--parts", "--classes", "2"}).err, HasSubstr("leave it out"));
+  EXPECT_THAT(with({"--parts", "--classes", "2"}).err, HasSubstr("each point a class"));
   EXPECT_EQ(with({"--parts", "--scratch", At("nowhere")}).code, 6);
   EXPECT_THAT(with({"--scratch", At("scratch")}).err, HasSubstr("add that"));
   EXPECT_THAT(Run({"verify", At("a.dss"), "--parts"}).err, HasSubstr("name the scan"));

@@ -1,12 +1,14 @@
-// The colours of a scan, whatever its format.
+// The colours, classes and intensities of a scan, whatever its format.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <sstream>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
+#include "client/formats/intensity_colors.h"
 #include "client/formats/number_text.h"
 #include "client/formats/scan_reader.h"
 #include "tests/unit/formats/e57_file.h"
@@ -247,28 +249,45 @@ TEST(ScanColorsTest, ObjVerticesMayHaveAWeightOrAComment) {
 
 // ---- classes
 
-std::string ClassedLas(int format) {
+// `byte_of`: what the byte at `at` of each point is.
+template <typename ByteOf>
+std::string ChangedLas(int format, size_t at, const ByteOf& byte_of) {
   const Eigen::Matrix3Xd points = SpherePoints(kPoints);
   const int minor = format < 6 ? 2 : 4;
   std::string file = LasFile(points, {.minor = minor, .point_format = format});
-  const size_t size = format < 6 ? 20 : 30, at = format < 6 ? 15 : 16;
+  const size_t size = format < 6 ? 20 : 30;
   const size_t begin = file.size() - size * kPoints;
   for (int i = 0; i < kPoints; ++i) {
-    file[begin + size * static_cast<size_t>(i) + at] = i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
+    file[begin + size * static_cast<size_t>(i) + at] = static_cast<char>(byte_of(i));
   }
   return file;
 }
 
+std::string ClassedLas(int format) {
+  return ChangedLas(format, format < 6 ? 15 : 16, [](int i) {
+    return i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
+  });
+}
+
+struct CollectedPoints : PointSink {
+  absl::Status Expect(uint64_t /*count*/) override { return absl::OkStatus(); }
+  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& block) override {
+    points.conservativeResize(3, points.cols() + block.cols());
+    points.rightCols(block.cols()) = block;
+  }
+  Eigen::Matrix3Xd points{3, 0};
+};
+
 TEST(ScanClassesTest, OnlyPointsOfThemAreRead) {
   const Eigen::Matrix3Xd points = SpherePoints(kPoints);
-  std::string csv = "x,y,z,classification,r,g,b\n";
+  std::string csv = "x,y,z,classification,r,g,b,intensity\n";
   std::string ply = PlyHeaderText("ascii", absl::StrCat(kPoints),
                                   "property float x\nproperty float y\nproperty float z\n"
                                   "property float scalar_Classification\n");
   for (int i = 0; i < kPoints; ++i) {
     const int number = i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
     absl::StrAppend(&csv, points(0, i), ",", points(1, i), ",", points(2, i), ",", number, ",", i,
-                    ",0,0\n");
+                    ",0,0,", 256 * i, "\n");
     absl::StrAppend(&ply, points(0, i), " ", points(1, i), " ", points(2, i), " ", number, "\n");
   }
   for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
@@ -285,6 +304,14 @@ TEST(ScanClassesTest, OnlyPointsOfThemAreRead) {
     if (!scan->layers.intensity.empty()) {
       EXPECT_EQ(scan->layers.intensity[1], 512);
     }
+    EXPECT_EQ(scan->layers.intensity.empty(), name == "d.ply");
+
+    CollectedPoints sink;
+    std::istringstream again(bytes);
+    const auto passed = ReadScanStream(again, name, {.classes = {2, 6}, .sink = &sink});
+    ASSERT_TRUE(passed.ok()) << name << ": " << passed.status();
+    EXPECT_EQ(sink.points, scan->cloud.points) << name;
+    EXPECT_EQ(passed->format, scan->format);
   }
 }
 
@@ -295,6 +322,65 @@ TEST(ScanClassesTest, WithoutThemTheErrorSaysWhatThereIs) {
   const auto none = ReadScanStream(xyz, "a.xyz", {.classes = {2}}).status();
   EXPECT_TRUE(absl::IsInvalidArgument(none));
   EXPECT_THAT(none.message(), ::testing::HasSubstr("does not give each point a class"));
+  CollectedPoints sink;
+  std::istringstream las_again(ClassedLas(6)), xyz_again(Lines(Words));
+  EXPECT_THAT(
+      ReadScanStream(las_again, "a.las", {.classes = {9}, .sink = &sink}).status().message(),
+      ::testing::HasSubstr("there are 2 (20 points), 5 (20 points), 6 (20 points)"));
+  EXPECT_EQ(ReadScanStream(xyz_again, "a.xyz", {.classes = {2}, .sink = &sink}).status(), none);
+  EXPECT_EQ(sink.points.cols(), 0);
+}
+
+// ---- returns
+
+TEST(ScanReturnsTest, OnlyTheLastOfAPulseAreRead) {
+  for (const int format : {0, 6}) {
+    const int bits = format < 6 ? 3 : 4;
+    const auto returns = [&](int i) { return i == 0 ? 0 : (i % 3 + 1) | 3 << bits; };
+    std::istringstream in(ChangedLas(format, 14, returns));
+    const auto scan = ReadScanStream(in, "a.las", {.last_returns = true});
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    ASSERT_EQ(scan->cloud.points.cols(), 21);  // one has no numbers
+    EXPECT_NEAR((scan->cloud.points.col(1) - SpherePoints(kPoints).col(2)).norm(), 0, 1e-5);
+    EXPECT_THAT(scan->format, ::testing::HasSubstr("without 39 returns before the last"));
+  }
+}
+
+// ---- intensity
+
+std::vector<float> IntensityOf(const std::string& bytes, const std::string& name) {
+  std::istringstream in(bytes);
+  const auto scan = ReadScanStream(in, name, {.intensity = true});
+  return scan.ok() ? scan->layers.intensity : std::vector<float>();
+}
+
+TEST(ScanIntensityTest, ItsColumnIsNamedOrTheFourthOfPts) {
+  const std::vector<float> expected = {7, 9};
+  EXPECT_EQ(IntensityOf("2\n0 0 0 7\n1 0 0 9\n", "a.pts"), expected);
+  EXPECT_EQ(IntensityOf("2\n0 0 0 7 1 2 3\n1 0 0 9 4 5 6\n", "a.pts"), expected);
+  EXPECT_EQ(IntensityOf("0 0 0 7\n1 0 0 9\n", "a.xyz"), std::vector<float>());
+  EXPECT_EQ(IntensityOf("x,y,z,Intensity\n0,0,0,7\n1,0,0,9\n", "a.csv"), expected);
+  EXPECT_EQ(IntensityOf("VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\n"
+                        "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n0 0 0 7\n1 0 0 9\n",
+                        "a.pcd"),
+            expected);
+}
+
+TEST(ScanIntensityTest, BecomesAGreyBetweenItsHundredths) {
+  ScanFile scan;
+  for (int i = 0; i <= 200; ++i) scan.layers.intensity.push_back(static_cast<float>(i));
+  scan.layers.intensity.push_back(std::nanf(""));
+  ASSERT_TRUE(ColorByIntensity(&scan).ok());
+  const std::vector<Rgb>& colors = scan.cloud.sights.colors;
+  ASSERT_EQ(colors.size(), 202u);
+  EXPECT_EQ(colors[2], (Rgb{0, 0, 0}));
+  EXPECT_EQ(colors[100], (Rgb{128, 128, 128}));
+  EXPECT_EQ(colors[198], (Rgb{255, 255, 255}));
+  EXPECT_EQ(colors[201], (Rgb{0, 0, 0}));
+  scan.layers.intensity.assign(202, 5.0F);
+  EXPECT_THAT(ColorByIntensity(&scan).message(), ::testing::HasSubstr("is 5 nearly everywhere"));
+  scan.layers.intensity.clear();
+  EXPECT_THAT(ColorByIntensity(&scan).message(), ::testing::HasSubstr("each point an intensity"));
 }
 
 }  // namespace
