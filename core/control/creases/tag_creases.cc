@@ -15,6 +15,7 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
+#include "core/points/belonging.h"
 #include "core/points/point_support.h"
 
 namespace rilievo {
@@ -22,12 +23,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Least mean log_likelihood_ratio of the edges of a run.
-constexpr double kRunEvidence = 24;
 // Pull of a vertex to its place, beside one for each plane through it.
 constexpr double kStay = 0.003;
-// A vertex comes no farther from the points.
-constexpr double kReachSpacings = 1.5;
 
 // Weak edges stay where they lead on from a strong one.
 std::vector<uint8_t> Tags(const MeshTopology& topology,
@@ -66,7 +63,7 @@ absl::Status DropPoorRuns(const MeshTopology& topology,
       for (int edge : chain.edges)
         log_likelihood_ratio += judgements[edge].planes->log_likelihood_ratio;
       const double mean = log_likelihood_ratio / static_cast<double>(chain.edges.size());
-      if (mean >= kRunEvidence) continue;
+      if (mean >= kSureEvidence) continue;
       for (int edge : chain.edges) (*tags)[edge] = 0;
       dropped = true;
     }
@@ -103,7 +100,7 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
         const HingePlane tangent = judgements[e].planes->TangentAt(side, mesh->vertices.col(v));
         quadrics[v].AddPlane(tangent.normal, tangent.offset * tangent.normal, 1);
       }
-      reach[v] = std::max(reach[v], 3 * judgements[e].planes->spacing);
+      reach[v] = std::max(reach[v], kGapSpacings * judgements[e].planes->spacing);
     }
   }
   std::vector<std::vector<int>> faces(quadrics.size());
@@ -119,9 +116,7 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();
     for (double share : {1.0, 0.5, 0.25}) {
       const Vector3d to = from + share * way;
-      if (!KeepsFacesUpright(*mesh, faces[v], v, to) ||
-          !HasSupport(cloud, index, to, kReachSpacings))
-        continue;
+      if (!KeepsFacesUpright(*mesh, faces[v], v, to) || !HasSupport(cloud, index, to)) continue;
       mesh->vertices.col(v) = to;
       break;
     }

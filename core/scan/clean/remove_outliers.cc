@@ -23,6 +23,8 @@ constexpr int kLargestIsland = 200;
 // How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
 // height sees the ground at 0.1.
 constexpr double kSpacingGrowth = 0.1;
+// Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
+constexpr double kThick = 4;
 // Off sheets, where nothing is seen at a flat angle.
 constexpr double kGrowthOffSheets = 0.03;
 
@@ -144,13 +146,12 @@ absl::StatusOr<std::vector<PlaneResidual>> AllPlaneResiduals(const Eigen::Matrix
 // At least 1: how much thicker than a sheet the scan is all over. Where noise is thicker than the
 // spacing every point sits in a volume of points, and has to be further out to be an outlier.
 double ScanThickness(const std::vector<PlaneResidual>& residuals) {
-  constexpr double kSheet = 0.3;
   std::vector<double> ratios;
   ratios.reserve(residuals.size());
   for (const PlaneResidual& residual : residuals) {
     if (residual.spread > 0) ratios.push_back(residual.thickness / residual.spread);
   }
-  return std::max(1.0, Median(std::move(ratios)) / kSheet);
+  return std::max(1.0, Median(std::move(ratios)) / kVolumeRatio);
 }
 
 // Drops the points of a cloud of outliers, which support each other beside a scan that is
@@ -160,9 +161,7 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
                                const std::vector<float>& usual,
                                const std::vector<PlaneResidual>& residuals,
                                const RunContext& context, std::vector<uint8_t>* keep) {
-  constexpr double kVolumeRatio = 0.33;  // thickness against spread; a sharp edge has more
-  constexpr double kThick = 4;           // of the scan's median thickness
-  constexpr double kSparse = 2.0;        // mean distance against the usual one
+  constexpr double kSparse = 2.0;  // mean distance against the usual one
   std::vector<double> thicknesses(residuals.size());
   std::transform(residuals.begin(), residuals.end(), thicknesses.begin(),
                  [](const PlaneResidual& residual) { return residual.thickness; });
@@ -192,12 +191,10 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
   if (IsLeftOut(Mechanism::kOutliers)) return absl::OkStatus();
-  constexpr double kSheetRatio = 0.2;     // thickness against spread of what is still a sheet
-  constexpr double kVolumeRatio = 0.4;    // and of what is not a sheet at all
-  constexpr double kVolumeSparse = 0.6;   // of factor, enough in a volume of points
-  constexpr double kOffDeviations = 4.0;  // of the sheet's thickness
-  constexpr double kOffUsual = 0.3;       // of factor * usual distance
-  constexpr double kReject = 3.0;         // of factor
+  constexpr double kSheetRatio = 0.2;    // thickness against spread of what is still a sheet
+  constexpr double kVolumeSparse = 0.6;  // of factor, enough in a volume of points
+  constexpr double kOffUsual = 0.3;      // of factor * usual distance
+  constexpr double kReject = 3.0;        // of factor
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
   // Each is a chain of steps, so the two go side by side.
   std::array<absl::StatusOr<std::vector<float>>, 2> fields;
@@ -214,8 +211,8 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const PlaneResidual& residual = residuals[i];
     const double limit = factor * usual[i];
     const bool in_sheet = residual.thickness < kSheetRatio * residual.spread &&
-                          residual.height < kOffDeviations * residual.thickness;
-    const bool off_sheet = residual.height > kOffDeviations * residual.thickness &&
+                          residual.height < kThick * residual.thickness;
+    const bool off_sheet = residual.height > kThick * residual.thickness &&
                            residual.height > kOffUsual * thick * limit;
     const bool in_volume = residual.thickness > kVolumeRatio * thick * residual.spread &&
                            reaches.middle[i] > kVolumeSparse * limit;

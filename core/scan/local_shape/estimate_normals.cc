@@ -12,6 +12,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/local_shape/adaptive_patches.h"
 #include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/local_shape/quadric_residual.h"
@@ -22,9 +23,7 @@ namespace {
 
 // Growth of the variance along the plane from which a patch counts as widened.
 constexpr double kWidened = 1.3;
-// Noise in spacings up to which each point is taken for a point of the surface.
-constexpr double kClean = 0.05;
-// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
+// Variance across a plane, in that of the noise, below which a patch is taken for flat.
 constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
@@ -95,11 +94,10 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
 Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                             const std::vector<PatchMoments>& patches,
                             const std::vector<PatchPlane>& planes, double noise, int i) {
-  constexpr double kBendRatio = 6.0;     // of the noise variance, below which nothing bends
   constexpr double kFlatterRatio = 0.2;  // a curved surface stays above
   if (IsLeftOut(Mechanism::kQuietestPatch)) return planes[i].normal;
   const double own = planes[i].thickness;
-  if (own <= kBendRatio * noise * noise || own < 1e-6 * planes[i].spread) {
+  if (own <= kFlat * noise * noise || own < 1e-6 * planes[i].spread) {
     return planes[i].normal;
   }
   double best = kFlatterRatio * own;
@@ -116,20 +114,16 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
   return normal;
 }
 
-bool IsClean(float noise, float spacing) { return noise <= kClean * spacing; }
+bool IsClean(float noise, float spacing) { return noise <= kCleanNoise * spacing; }
 
 // The noisy points whose patches are thicker than their noise makes them.
 std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
                                           const std::vector<float>& noise,
                                           const std::vector<float>& spacing) {
-  // Variance across a patch in that of the noise: below, next to none of the points has two sides.
-  constexpr double kThicker = 1.5;
-  // Noise in spacings from which on 48 points say nothing of an edge.
-  constexpr double kMostNoise = 0.5;
   std::vector<NearEdgePoint> near_edge;
   for (size_t i = 0; i < planes.size(); ++i) {
-    if (IsClean(noise[i], spacing[i]) || noise[i] >= kMostNoise * spacing[i]) continue;
-    if (planes[i].thickness <= kThicker * noise[i] * noise[i]) continue;
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kThickNoise * spacing[i]) continue;
+    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) continue;
     near_edge.push_back({static_cast<int>(i), noise[i]});
   }
   return near_edge;

@@ -27,6 +27,10 @@ struct PatchPlane {
 };
 PatchPlane FitPlane(const PatchMoments& moments);
 
+// Points are a volume, and no sheet, where their deviation across the plane is more than this share
+// of that along it; a sharp edge has a little less.
+inline constexpr double kVolumeRatio = 0.35;
+
 // Moments of each point together with its neighbours, by PCL.
 absl::StatusOr<std::vector<PatchMoments>> ComputePatchMoments(const Eigen::Matrix3Xd& points,
                                                               const NeighborGraph& graph,

@@ -7,7 +7,9 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/local_shape/quadric_residual.h"
 
 namespace rilievo {
@@ -15,44 +17,35 @@ namespace {
 
 constexpr int kMostSamples = 384;
 constexpr int kLeastSamples = 32;
-constexpr double kLeastRatio = 1.0 / 3, kFullRatio = 1.0 / 2;
-constexpr double kMostScale = 4;
-// Below the middle: edges and bumps within a neighbourhood only ever add to the residual.
-constexpr double kQuantile = 0.4;
-// Of a neighbourhood along the tangent plane, and of the ball that it is taken from.
-constexpr int kFitPoints = 60;
-constexpr int kMostBallPoints = 512;
-constexpr double kBallGrowth = 200;
-// Points of another sheet: they face away.
-constexpr double kLeastAgreement = 0.2;
+// Of the ball that a neighbourhood along the tangent plane is taken from.
+constexpr int kBallPoints = 512;
 
 // The points nearest to `center` along its tangent plane.
-std::vector<int> AlongTangentPlane(const OrientedCloud& cloud, const PointIndex& index, int center,
-                                   double ratio) {
-  std::array<int, kMostBallPoints> ball;
-  std::array<double, kMostBallPoints> squared;
-  const int wanted =
-      static_cast<int>(std::min(kFitPoints + kBallGrowth * ratio * ratio, double{kMostBallPoints}));
+std::vector<int> AlongTangentPlane(const OrientedCloud& cloud, const PointIndex& index,
+                                   int center) {
+  std::array<int, kBallPoints> ball;
+  std::array<double, kBallPoints> squared;
   const Eigen::Vector3d at = cloud.points.col(center), normal = cloud.normals.col(center);
-  const int found = index.Nearest(at, std::min(wanted, index.size()), ball.data(), squared.data());
+  const int found =
+      index.Nearest(at, std::min(kBallPoints, index.size()), ball.data(), squared.data());
   std::vector<std::pair<double, int>> along;
   for (int i = 0; i < found; ++i) {
-    if (ball[i] == center || cloud.normals.col(ball[i]).dot(normal) < kLeastAgreement) continue;
+    if (ball[i] == center || cloud.normals.col(ball[i]).dot(normal) < kSameSheet) continue;
     const double height = normal.dot(cloud.points.col(ball[i]) - at);
     along.emplace_back(squared[i] - height * height, ball[i]);
   }
-  if (along.size() > kFitPoints) {
-    std::nth_element(along.begin(), along.begin() + kFitPoints, along.end());
-    along.resize(kFitPoints);
+  if (along.size() > kMostNeighbors) {
+    std::nth_element(along.begin(), along.begin() + kMostNeighbors, along.end());
+    along.resize(kMostNeighbors);
   }
   std::vector<int> points;
   for (const auto& [square, point] : along) points.push_back(point);
   return points;
 }
 
-double NoiseAlong(const OrientedCloud& cloud, const PointIndex& index, int center, double ratio) {
-  const std::vector<int> points = AlongTangentPlane(cloud, index, center, ratio);
-  if (points.size() < kFitPoints / 2) return -1;
+double NoiseAlong(const OrientedCloud& cloud, const PointIndex& index, int center) {
+  const std::vector<int> points = AlongTangentPlane(cloud, index, center);
+  if (points.size() < kMostNeighbors / 2) return -1;
   double radius = 0;
   for (const int point : points) {
     radius = std::max(radius, (cloud.points.col(point) - cloud.points.col(center)).norm());
@@ -68,16 +61,13 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples, kHeavyBlock, context, [&](int64_t s) {
     const int point = static_cast<int>(s * count / samples);
     const double noise = cloud.noise[point], spacing = cloud.spacing[point];
-    if (!(noise > kLeastRatio * spacing)) return;
-    const double found = NoiseAlong(cloud, index, point, noise / spacing);
+    if (!(noise > kThickNoise * spacing)) return;
+    const double found = NoiseAlong(cloud, index, point);
     if (found >= 0) ratios[s] = found / noise;
   }));
   ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0), ratios.end());
   if (ratios.size() < kLeastSamples) return 1.0;
-  const auto middle =
-      ratios.begin() + static_cast<int64_t>(kQuantile * static_cast<double>(ratios.size()));
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::clamp(*middle, 1.0, kMostScale);
+  return std::max(Median(std::move(ratios)), 1.0);
 }
 
 }  // namespace
@@ -88,14 +78,11 @@ absl::Status CorrectThickNoise(const PointIndex& index, const RunContext& contex
   RILIEVO_ASSIGN_OR_RETURN(const double scale, FindScale(*cloud, index, context));
   if (scale == 1) return absl::OkStatus();
   for (size_t i = 0; i < cloud->noise.size(); ++i) {
-    const double ratio = cloud->noise[i] / std::max(double{cloud->spacing[i]}, 1e-30);
-    const double share = std::clamp((ratio - kLeastRatio) / (kFullRatio - kLeastRatio), 0.0, 1.0);
-    cloud->noise[i] *= static_cast<float>(1 + share * (scale - 1));
+    if (cloud->noise[i] > kThickNoise * cloud->spacing[i]) {
+      cloud->noise[i] *= static_cast<float>(scale);
+    }
   }
-  std::vector<float> noise = cloud->noise;
-  const auto middle = noise.begin() + static_cast<int64_t>((noise.size() - 1) / 2);
-  std::nth_element(noise.begin(), middle, noise.end());
-  cloud->median_noise = *middle;
+  cloud->median_noise = Median(cloud->noise);
   return absl::OkStatus();
 }
 
