@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/loop/limit_stencils.h"
 #include "core/loop/refinement.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -18,7 +19,6 @@ namespace {
 // The normals turn with the control points: with heights of 2 % of the diagonal, a rotation by 70
 // degrees was met to 1e-6.
 constexpr int kRounds = 6;
-constexpr double kSettled = 1e-9;  // RMS change of a round, fraction of the diagonal
 
 using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -74,7 +74,7 @@ absl::StatusOr<ControlMesh> ControlMeshThrough(const DisplacedSurface& surface, 
           absl::StrCat("the vertices of level ", level, " do not determine the control points"));
     }
     mesh.vertices += moves.transpose();
-    if (moves.squaredNorm() <= kSettled * kSettled * static_cast<double>(moves.rows())) break;
+    if (moves.squaredNorm() <= kAtRest * kAtRest * static_cast<double>(moves.rows())) break;
   }
   return mesh;
 }

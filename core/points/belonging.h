@@ -39,5 +39,7 @@ inline constexpr double kSureEvidence = 20, kNoisesOffSides = 1.25;
 
 // What sums in double leave of a difference that is none, relative.
 inline constexpr double kRounding = 1e-9;
+// What moves by less of the diagonal has come to rest.
+inline constexpr double kAtRest = 1e-8;
 
 }  // namespace rilievo

@@ -12,6 +12,7 @@
 #include "core/control/creases/classify_edges.h"
 #include "core/control/simplify/collapse_guards.h"
 #include "core/control/simplify/quadric.h"
+#include "core/control/simplify/relax_mesh.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
@@ -22,9 +23,6 @@ namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Pull of a vertex to its place, beside one for each plane through it.
-constexpr double kStay = 0.003;
 
 // Weak edges stay where they lead on from a strong one.
 std::vector<uint8_t> Tags(const MeshTopology& topology,
@@ -110,7 +108,7 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
   for (int v = 0; v < topology.vertex_count; ++v) {
     if (!(reach[v] > 0)) continue;
     const Vector3d from = mesh->vertices.col(v);
-    quadrics[v].AddPoint(from, kStay);
+    quadrics[v].AddPoint(from, kPull);
     Vector3d way = quadrics[v].Minimum(from) - from;
     if (!way.allFinite()) continue;
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();

@@ -6,14 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/control/simplify/simplify_mesh.h"
+
 namespace rilievo {
 namespace {
 
-constexpr int kMostPasses = 20;
 // A turn for the valences may leave its quads this square, or as square as they were.
 constexpr double kSquareEnough = 0.4;
-// A turn that leaves the valences as good as they were must make the worse quad this much squarer.
-constexpr double kSquarer = 1.25;
 // The cosine between the normals of two quads that share an edge which is turned.
 constexpr double kLeastCosine = 0.75;
 
@@ -49,7 +48,7 @@ struct Turn {
   // Whether it is better than the quads that are there, whose worst is `was` square.
   bool Improves(double was) const {
     if (change < 0) return squareness >= std::min(kSquareEnough, was);
-    return change == 0 && squareness > 0 && squareness >= kSquarer * was;
+    return change == 0 && squareness > 0 && squareness >= kRounder * was;
   }
 };
 
