@@ -8,6 +8,7 @@
 #include "core/control/arbitrary_control_mesh.h"
 #include "core/control/choose_topology.h"
 #include "core/control/planar/planar_control_mesh.h"
+#include "core/control/simplify/simplify_mesh.h"
 #include "core/control/spherical/spherical_control_mesh.h"
 #include "core/control/topology/bridge_gaps.h"
 #include "core/control/topology/close_holes.h"

@@ -1,7 +1,6 @@
 // What a caller may ask of the control mesh.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
 #include "absl/status/status.h"
@@ -35,13 +34,10 @@ enum class DomainScheme {
 
 const char* TopologyName(Topology topology);
 
-// Of the diagonal. A border as near to that of the mesh is exact, and so is a surface without
-// heights.
+// Of the diagonal.
 inline constexpr double kExactBorder = 1e-5;
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
-inline constexpr double kNarrowestGap = kShortestRim, kWidestGap = 1;
-// Points for each control face of a scan that is not large.
-inline constexpr int64_t kPointsPerFace = 30;
+inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;
 // The most that may be asked for or given.
 inline constexpr int kMostControlFaces = 200000;
 

@@ -79,7 +79,8 @@ class Search {
     int step = FacesAt(1) >= kFewestTriedFaces ? 1 : 0;
     if (!options_.encode.max_bytes) return step;
     // A control mesh with its header takes a byte a face at least.
-    while (FacesAt(step + 1) >= kFewestTriedFaces && FacesAt(step) > *options_.encode.max_bytes) ++step;
+    while (FacesAt(step + 1) >= kFewestTriedFaces && FacesAt(step) > *options_.encode.max_bytes)
+      ++step;
     return step;
   }
 

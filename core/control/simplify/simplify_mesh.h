@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -9,6 +10,9 @@
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
+
+// Points of a scan for each face of its control mesh, unless it is large.
+inline constexpr int64_t kPointsPerFace = 30;
 
 struct SimplifyOptions {
   // Faces of the whole mesh, [4, inf). No closed component is taken below 20 faces, no open one

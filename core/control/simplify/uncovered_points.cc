@@ -8,7 +8,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/control/control_options.h"
+#include "core/control/simplify/simplify_mesh.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/refinement.h"
 #include "core/points/belonging.h"
