@@ -1,6 +1,5 @@
 #include "core/control/creases/feature_planes.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -50,32 +49,25 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   if (seed == count) return;
   Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
   for (int round = 0; round < kSideRounds; ++round) {
-    const double width = (round == 0 ? 2.0 : 1.0) * std::max(2 * noise, 0.3 * spacing);
-    Vector3d sum = Vector3d::Zero();
-    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    const double width = (round == 0 ? 4.0 : 2.0) * std::max(2 * noise, 0.3 * spacing);
+    Vector3d places = Vector3d::Zero(), normals = Vector3d::Zero();
     double weights = 0;
     int members = 0;
     for (int i = 0; i < count; ++i) {
-      const double agreement = normal.dot(cloud.normals.col(found[i]));
-      if (agreement < kSameSide) continue;
-      const Vector3d at = cloud.points.col(found[i]) - center;
-      const double off = normal.dot(at + center - point) / width;
-      if (off * off > 4) continue;
-      const double fourth = agreement * agreement * agreement * agreement;
-      const double weight = fourth * fourth * (1 - off * off / 4);
-      sum += weight * at;
-      squares += weight * at * at.transpose();
+      const Vector3d own = cloud.normals.col(found[i]);
+      const double agreement = normal.dot(own);
+      const Vector3d way = cloud.points.col(found[i]) - point;
+      const double off = normal.dot(way) / width;
+      if (agreement < kSameSide || std::abs(off) > 1) continue;
+      const double weight = std::pow(agreement, 8) * (1 - off * off);
+      places += weight * way;
+      normals += weight * own;
       weights += weight;
       ++members;
     }
     if (members < kFewestOfSide) return;
-    const Vector3d mean = sum / weights;
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-    solver.computeDirect(squares / weights - mean * mean.transpose());
-    if (!(solver.eigenvalues()[1] > 0.05 * solver.eigenvalues()[2])) return;
-    const Vector3d axis = solver.eigenvectors().col(0);
-    normal = axis.dot(normal) < 0 ? Vector3d(-axis) : axis;
-    point = mean + center;
+    normal = normals.normalized();
+    point += places / weights;
   }
   if (normal.dot(*face_normal) < kSameSheet) return;
   *face_normal = normal;

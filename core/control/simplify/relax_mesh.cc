@@ -70,6 +70,8 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
   return quadric.Minimum(position);
 }
 
+}  // namespace
+
 bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v,
                        const Vector3d& moved) {
   bool upright = true;
@@ -82,8 +84,6 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
   });
   return upright;
 }
-
-}  // namespace
 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
   RunContext alone;

@@ -5,6 +5,12 @@
 
 namespace rilievo {
 
+class HalfEdgeMesh;
+
+// Whether no face around `vertex` of `mesh`, whose half-edges are given, turns over when it moves.
+bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int vertex,
+                       const Eigen::Vector3d& moved);
+
 // Weight of the place where a vertex would be, beside those of the planes that hold it: holds a 90
 // degree crease to a few hundredths of an edge and lets flat parts move freely.
 inline constexpr double kPull = 0.01;

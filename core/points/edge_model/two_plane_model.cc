@@ -1,6 +1,5 @@
 #include "core/points/edge_model/two_plane_model.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "core/points/belonging.h"
+#include "core/points/height_field.h"
 #include "core/points/neighborhood_size.h"
 
 namespace rilievo {
@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 384;
+constexpr int kMostPoints = 384;  // whole lanes of a height field
 constexpr int kBowRounds = 2;
 constexpr int kNeither = 2;  // of no side
 // Of the angle between two sides.
@@ -192,24 +192,21 @@ double Bluntness(const Neighborhood& around, const std::array<HingePlane, 2>& si
 
 // Squared residuals of the best quadric height field over `axis`.
 double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
-  constexpr int kTerms = 6;
   const Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
-  Eigen::Matrix<double, kTerms, kTerms> normal_matrix =
-      Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Eigen::Matrix<double, kTerms, 1> right = Eigen::Matrix<double, kTerms, 1>::Zero();
-  double squares = 0;
-  const double scale = 1 / around.reach;
+  std::array<double, kMostPoints> x{}, y{}, z{}, weight{};
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] == kNeither) continue;
-    const double x = scale * u.dot(around.at[i]), y = scale * v.dot(around.at[i]);
-    const double height = axis.dot(around.at[i]);
-    Eigen::Matrix<double, kTerms, 1> row;
-    row << 1, x, y, x * x, x * y, y * y;
-    normal_matrix += row * row.transpose();
-    right += height * row;
-    squares += height * height;
+    const Vector3d at = around.at[i] / around.reach;
+    x[i] = u.dot(at);
+    y[i] = v.dot(at);
+    z[i] = axis.dot(at);
+    weight[i] = 1;
   }
-  return std::max(0.0, squares - right.dot(normal_matrix.ldlt().solve(right)));
+  const HeightFieldSums sums =
+      SumHeights({x.data(), y.data(), z.data(), weight.data(), around.count});
+  const Eigen::Map<const Eigen::Vector<double, kQuadricTerms>> heights(sums.heights.data());
+  const double fitted = FitHeights<kQuadricTerms>(sums, kRidge).dot(heights);
+  return around.reach * around.reach * std::max(0.0, sums.squares - fitted);
 }
 
 // Among the first `count` points found.

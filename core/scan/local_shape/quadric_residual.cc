@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/points/height_field.h"
 #include "core/points/neighbor_graph.h"
-#include "core/scan/local_shape/height_field.h"
 #include "core/scan/local_shape/otsu_threshold.h"
 
 namespace rilievo {

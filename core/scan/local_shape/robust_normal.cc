@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/points/belonging.h"
-#include "core/scan/local_shape/height_field.h"
+#include "core/points/height_field.h"
 
 namespace rilievo {
 namespace {
