@@ -22,7 +22,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFewestPoints = 16;
 // Squared noises from which a point counts no more.
 constexpr double kBeyond = kNoiseDeviations * kNoiseDeviations;
 
@@ -164,7 +163,7 @@ struct Crease {
 
 // None where no two planes save more than `least`: they save no more than the quadric costs.
 std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
-  if (patch.x.size() < kFewestPoints) return std::nullopt;
+  if (patch.x.size() < 2 * kFewestOfSide) return std::nullopt;
   const auto quadric = FitQuadric(patch);
   if (!quadric || quadric->cost <= least) return std::nullopt;
   std::optional<Crease> best;
