@@ -10,9 +10,8 @@ struct FeetSettings {
   double arrived = 1e-2;  // distance from the point, in edges
   double outside = 1e-4;  // barycentric coordinate below 0 that still counts as inside
   double farthest = 50;   // barycentric coordinates of a step that diverged
-  // To points that have no prism: the length of the way, in spacings, and the least cosine between
-  // it and the limit normal.
-  double farthest_way = 4, along_way = 0.5;
+  // To points that have no prism: the least cosine between the way and the limit normal.
+  double along_way = 0.5;
   static constexpr int tries = 24;  // nearest triangles from which a walk begins
 };
 inline constexpr FeetSettings kFeet;
@@ -41,8 +40,6 @@ struct SolveSettings {
   // The filter that flat triangles are by themselves, in edges; measured by the trace of the fit
   // (Hutchinson 1990) where an edge is about a spacing.
   double filter_of_edge = 0.24;
-  // A region that one control vertex serves has at least so many points.
-  double least_points = 3;
   // Residual at which a point's weight is a quarter, in the larger of its noise and kLittleNoise
   // spacings.
   double robust_residual = 5;

@@ -15,7 +15,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int kBorderRounds = 12;
 constexpr int kSamplesPerEdge = 8;
 // Of a sample's weight: what holds a control point where it is in each round, so that those that
 // the line leaves free along it hardly move.
@@ -178,7 +177,7 @@ absl::StatusOr<BorderMiss> FitBorder(const KnownBorders& borders, double allowed
     loop.points = mesh->vertices(Eigen::all, loop.vertices);
     fit.PlaceCorners(&loop);
     const std::vector<CurveSample> samples = SamplesOfLoop(loop.corner);
-    for (int round = 0; round < kBorderRounds; ++round) {
+    for (int round = 0; round < kMostFitRounds; ++round) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       if (!fit.Round(samples, &loop)) break;
     }

@@ -29,8 +29,10 @@ inline constexpr double kNoiseDeviations = 3;
 inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoise = 0.5;
 
 // Points nearest to a place that are asked what is there; those around an edge, a disc of 3.5
-// spacings' radius; the fewest that make out a side of it.
-inline constexpr int kNearPoints = 8, kPointsByEdge = 48, kFewestOfSide = 6;
+// spacings' radius; those that stand for all of a scan where a mean or a median will do.
+inline constexpr int kNearPoints = 8, kPointsByEdge = 48, kSampledPoints = 256;
+// Fewer points tell nothing; and nothing of a plane, as that of a patch or of a side of an edge.
+inline constexpr int kFewestWitnesses = 3, kFewestOfPlane = 6;
 // Rounds in which points and sides find each other.
 inline constexpr int kSideRounds = 4;
 // Twice the log-likelihood ratio from which two sides are sure, against one smooth surface; and the

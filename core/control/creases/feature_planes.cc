@@ -65,7 +65,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
       weights += weight;
       ++members;
     }
-    if (members < kFewestOfSide) return;
+    if (members < kFewestOfPlane) return;
     normal = normals.normalized();
     point += places / weights;
   }

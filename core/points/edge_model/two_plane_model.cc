@@ -100,7 +100,7 @@ struct SideSums {
 // The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
 bool FitSide(const SideSums& sums, HingePlane* plane) {
   const int count = sums.count;
-  if (count < kFewestOfSide) return false;
+  if (count < kFewestOfPlane) return false;
   const Vector3d mean = sums.at / count;
   const double mean_bow = sums.bow / count;
   const Eigen::Matrix3d squares = sums.Squares() - count * mean * mean.transpose();
@@ -218,7 +218,7 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   fit.middle = place.middle;
   fit.along = place.along;
   Neighborhood around = Gather(cloud, found, count, place);
-  if (around.count < 2 * kFewestOfSide || !Part(&around, &fit.sides)) return std::nullopt;
+  if (around.count < 2 * kFewestOfPlane || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   const Vector3d axis = a + b;
   if (!(a.cross(b).norm() > kLeastSine) || !(axis.norm() > 0.1)) return std::nullopt;

@@ -143,7 +143,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   }
   const double sum = on_one.sum();
   const double cost = squares.sum();
-  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfSide ||
+  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfPlane ||
       cost > kNoisesOffSides * kNoisesOffSides * static_cast<double>(count - kQuadricTerms) ||
       one.normal.dot(two.normal) > kSmoothCosine) {
     return std::nullopt;
@@ -163,7 +163,7 @@ struct Crease {
 
 // None where no two planes save more than `least`: they save no more than the quadric costs.
 std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
-  if (patch.x.size() < 2 * kFewestOfSide) return std::nullopt;
+  if (patch.x.size() < 2 * kFewestOfPlane) return std::nullopt;
   const auto quadric = FitQuadric(patch);
   if (!quadric || quadric->cost <= least) return std::nullopt;
   std::optional<Crease> best;

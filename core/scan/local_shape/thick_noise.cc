@@ -15,7 +15,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int kMostSamples = 384;
 constexpr int kLeastSamples = 32;
 // Of the ball that a neighbourhood along the tangent plane is taken from.
 constexpr int kBallPoints = 512;
@@ -56,7 +55,7 @@ double NoiseAlong(const OrientedCloud& cloud, const PointIndex& index, int cente
 absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& index,
                                  const RunContext& context) {
   const int64_t count = cloud.points.cols();
-  const int64_t samples = std::min<int64_t>(count, kMostSamples);
+  const int64_t samples = std::min<int64_t>(count, kSampledPoints);
   std::vector<double> ratios(static_cast<size_t>(samples), -1);
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples, kHeavyBlock, context, [&](int64_t s) {
     const int point = static_cast<int>(s * count / samples);
