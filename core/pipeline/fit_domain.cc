@@ -27,8 +27,8 @@ namespace {
 constexpr double kShareOfFaces = 0.21;
 // RMS distance of the points from the domain, in standard deviations of their noise. At a fifth of
 // the faces smooth objects came to 1.14 under little noise, of which the nearest points show too
-// little, and to 1.04 at most above kThickNoise, where its scale is known; thin walls and detail
-// to 1.8 and more, and to 1.11.
+// little, and to 1.04 at most above kThickNoiseRatio, where its scale is known; thin walls and
+// detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr int kFewestExact = 24;  // faces
 
@@ -65,7 +65,7 @@ struct FewFaces {
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
   if (noise >= kCleanNoise * spacing) {
-    const bool known = noise > kThickNoise * spacing;
+    const bool known = noise > kThickNoiseRatio * spacing;
     const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
     return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestTriedFaces, a_fifth)};
   }

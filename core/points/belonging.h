@@ -24,9 +24,9 @@ inline constexpr double kGapSpacings = 3;
 inline constexpr double kNoiseDeviations = 3;
 
 // Noise in spacings: below kCleanNoise a scan is clean, and each point a point of the surface; up
-// to kLittleNoise its spacing tells more than its noise; above kThickNoise the nearest points tell
-// the noise too small, and nothing of edges.
-inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoise = 0.5;
+// to kLittleNoise its spacing tells more than its noise; above kThickNoiseRatio the nearest points
+// tell the noise too small, and nothing of edges.
+inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoiseRatio = 0.5;
 
 // Points nearest to a place that are asked what is there; those around an edge, a disc of 3.5
 // spacings' radius; those that stand for all of a scan where a mean or a median will do.

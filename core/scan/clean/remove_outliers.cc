@@ -25,7 +25,7 @@ constexpr int kLargestIsland = 200;
 // height sees the ground at 0.1.
 constexpr double kSpacingGrowth = 0.1;
 // Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
-constexpr double kThick = 4;
+constexpr double kThicknessesOff = 4;
 // Off sheets, where nothing is seen at a flat angle.
 constexpr double kGrowthOffSheets = 0.03;
 
@@ -166,7 +166,7 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
   std::vector<double> thicknesses(residuals.size());
   std::transform(residuals.begin(), residuals.end(), thicknesses.begin(),
                  [](const PlaneResidual& residual) { return residual.thickness; });
-  const double thick = kThick * Median(std::move(thicknesses));
+  const double thick = kThicknessesOff * Median(std::move(thicknesses));
   std::vector<uint8_t> in_volume(residuals.size());
   for (size_t i = 0; i < residuals.size(); ++i) {
     in_volume[i] = residuals[i].thickness > std::max(thick, kVolumeRatio * residuals[i].spread) &&
@@ -212,8 +212,8 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const PlaneResidual& residual = residuals[i];
     const double limit = factor * usual[i];
     const bool in_sheet = residual.thickness < kSheetRatio * residual.spread &&
-                          residual.height < kThick * residual.thickness;
-    const bool off_sheet = residual.height > kThick * residual.thickness &&
+                          residual.height < kThicknessesOff * residual.thickness;
+    const bool off_sheet = residual.height > kThicknessesOff * residual.thickness &&
                            residual.height > kOffUsual * thick * limit;
     const bool in_volume = residual.thickness > kVolumeRatio * thick * residual.spread &&
                            reaches.middle[i] > kVolumeSparse * limit;

@@ -123,7 +123,7 @@ std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
                                           const std::vector<float>& spacing) {
   std::vector<NearEdgePoint> near_edge;
   for (size_t i = 0; i < planes.size(); ++i) {
-    if (IsClean(noise[i], spacing[i]) || noise[i] >= kThickNoise * spacing[i]) continue;
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kThickNoiseRatio * spacing[i]) continue;
     if (planes[i].thickness <= kFlat * noise[i] * noise[i]) continue;
     near_edge.push_back({static_cast<int>(i), noise[i]});
   }
