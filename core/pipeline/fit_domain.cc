@@ -20,6 +20,7 @@
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
 #include "core/points/belonging.h"
+#include "core/scan/local_shape/thick_noise.h"
 
 namespace rilievo {
 namespace {
@@ -27,7 +28,7 @@ namespace {
 constexpr double kShareOfFaces = 0.21;
 // RMS distance of the points from the domain, in standard deviations of their noise. At a fifth of
 // the faces smooth objects came to 1.14 under little noise, of which the nearest points show too
-// little, and to 1.04 at most above kThickNoiseRatio, where its scale is known; thin walls and
+// little, and to 1.04 at most above kUnderstatedNoise, where its scale is known; thin walls and
 // detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr int kFewestExact = 24;  // faces
@@ -65,7 +66,7 @@ struct FewFaces {
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
   if (noise >= kCleanNoise * spacing) {
-    const bool known = noise > kThickNoiseRatio * spacing;
+    const bool known = noise > kUnderstatedNoise * spacing;
     const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
     return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestTriedFaces, a_fifth)};
   }

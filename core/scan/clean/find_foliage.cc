@@ -21,8 +21,10 @@ constexpr float kOffSpacing = 0.2F, kOffMedian = 2.5F;
 // Points whose neighbourhoods of so many rings hold more such points belong to it.
 constexpr int kRings = 2;
 constexpr float kMostOff = 1.0F / 3;
-// Rods look like a volume over few rings, but not over many; so does noise up to most of a spacing.
-// Leaves are a volume over both.
+// A neighbourhood is a volume where its deviation across its plane is more than this share of the
+// deviation along it. Rods look like one over few rings, but not over many; so does noise up to
+// most of a spacing. Leaves are a volume over both.
+constexpr double kVolume = 0.35;
 constexpr int kVolumeRings = 8;
 // Components with fewer points that lie deep in volumes, as all their neighbours do, are details:
 // the foot of a thin wall is a volume too, but a narrow one.
@@ -100,7 +102,7 @@ absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
       wider[i] = sum.Mean();
       if (!in_volume[i] || (ring != kRings && ring != kVolumeRings)) return;
       const PatchPlane plane = FitPlane(wider[i]);
-      in_volume[i] = plane.thickness > kVolumeRatio * kVolumeRatio * plane.spread;
+      in_volume[i] = plane.thickness > kVolume * kVolume * plane.spread;
     }));
     patches.swap(wider);
   }

@@ -147,12 +147,13 @@ absl::StatusOr<std::vector<PlaneResidual>> AllPlaneResiduals(const Eigen::Matrix
 // At least 1: how much thicker than a sheet the scan is all over. Where noise is thicker than the
 // spacing every point sits in a volume of points, and has to be further out to be an outlier.
 double ScanThickness(const std::vector<PlaneResidual>& residuals) {
+  constexpr double kSheet = 0.3;
   std::vector<double> ratios;
   ratios.reserve(residuals.size());
   for (const PlaneResidual& residual : residuals) {
     if (residual.spread > 0) ratios.push_back(residual.thickness / residual.spread);
   }
-  return std::max(1.0, Median(std::move(ratios)) / kVolumeRatio);
+  return std::max(1.0, Median(std::move(ratios)) / kSheet);
 }
 
 // Drops the points of a cloud of outliers, which support each other beside a scan that is
@@ -162,7 +163,8 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
                                const std::vector<float>& usual,
                                const std::vector<PlaneResidual>& residuals,
                                const RunContext& context, std::vector<uint8_t>* keep) {
-  constexpr double kSparse = 2.0;  // mean distance against the usual one
+  constexpr double kVolumeRatio = 0.33;  // thickness against spread; a sharp edge has more
+  constexpr double kSparse = 2.0;        // mean distance against the usual one
   std::vector<double> thicknesses(residuals.size());
   std::transform(residuals.begin(), residuals.end(), thicknesses.begin(),
                  [](const PlaneResidual& residual) { return residual.thickness; });
@@ -193,6 +195,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
                           const RunContext& context, std::vector<uint8_t>* keep) {
   if (IsLeftOut(Mechanism::kOutliers)) return absl::OkStatus();
   constexpr double kSheetRatio = 0.2;    // thickness against spread of what is still a sheet
+  constexpr double kVolumeRatio = 0.4;   // and of what is not a sheet at all
   constexpr double kVolumeSparse = 0.6;  // of factor, enough in a volume of points
   constexpr double kOffUsual = 0.3;      // of factor * usual distance
   constexpr double kReject = 3.0;        // of factor

@@ -121,10 +121,12 @@ bool IsClean(float noise, float spacing) { return noise <= kCleanNoise * spacing
 std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
                                           const std::vector<float>& noise,
                                           const std::vector<float>& spacing) {
+  // Variance across a patch in that of the noise: below, next to none of the points has two sides.
+  constexpr double kThicker = 1.5;
   std::vector<NearEdgePoint> near_edge;
   for (size_t i = 0; i < planes.size(); ++i) {
     if (IsClean(noise[i], spacing[i]) || noise[i] >= kThickNoiseRatio * spacing[i]) continue;
-    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) continue;
+    if (planes[i].thickness <= kThicker * noise[i] * noise[i]) continue;
     near_edge.push_back({static_cast<int>(i), noise[i]});
   }
   return near_edge;

@@ -27,10 +27,6 @@ struct PatchPlane {
 };
 PatchPlane FitPlane(const PatchMoments& moments);
 
-// Points are a volume, and no sheet, where their deviation across the plane is more than this share
-// of that along it; a sharp edge has a little less.
-inline constexpr double kVolumeRatio = 0.35;
-
 // Moments of a point together with its neighbours.
 PatchMoments MomentsOf(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors);
 

@@ -1,5 +1,6 @@
 #include "core/scan/local_shape/separate_sheets.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -12,7 +13,6 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/points/batched_nearest.h"
-#include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/local_shape/two_sheets.h"
 
 namespace rilievo {
@@ -29,6 +29,24 @@ constexpr SheetGap kBesideClear = {0.25, 0.13};
 constexpr double kThin = 0.12;
 // Variance across a list of one sheet, against that of a list from both.
 constexpr double kThinner = 0.65;
+
+// Variances of a point and its neighbours along their principal axes, ascending.
+Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
+                          std::span<const int> neighbors) {
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d at = points.col(center);
+  for (const int j : neighbors) {
+    const Eigen::Vector3d offset = points.col(j) - at;
+    sum += offset;
+    moments.selfadjointView<Eigen::Lower>().rankUpdate(offset);
+  }
+  const auto count = static_cast<double>(neighbors.size() + 1);
+  moments -= sum * sum.transpose() / count;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
+  axes.computeDirect(moments / count, Eigen::EigenvaluesOnly);
+  return axes.eigenvalues();
+}
 
 // A point by which a second sheet may lie.
 struct Suspect {
@@ -52,9 +70,7 @@ int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const
   if (found < graph.k) return -1;
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
   const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
-  if (changed && FitPlane(MomentsOf(points, center, list)).thickness > kThinner * thickness) {
-    return -1;
-  }
+  if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
   return neighborhood.Across(self);
 }
 
@@ -75,10 +91,10 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
     std::vector<Suspect> suspects;
     Eigen::Matrix3Xd places(3, end - begin);
     for (int64_t i = begin; i < end; ++i) {
-      const PatchPlane plane = FitPlane(MomentsOf(points, named[i], graph.neighbors(named[i])));
-      if (plane.thickness < kThin * kThin * plane.spread) continue;
+      const Eigen::Vector3d variances = Variances(points, named[i], graph.neighbors(named[i]));
+      if (variances[0] < kThin * kThin * variances[1]) continue;
       places.col(static_cast<int64_t>(suspects.size())) = points.col(named[i]);
-      suspects.push_back({i, plane.thickness});
+      suspects.push_back({i, variances[0]});
     }
     const auto found = [&](int64_t suspect, const int* nearest, const double* squared) {
       const auto [i, thickness] = suspects[suspect];

@@ -126,6 +126,7 @@ struct Sides {
 
 // From the points beyond `start` across the bend and those before it.
 std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, double start) {
+  constexpr int kFewestOfBend = 4;
   constexpr double kFar = 0.02;  // weight of a point off both planes
   const Eigen::Index count = patch.x.size();
   const Values ones = Values::Ones(count);
@@ -143,7 +144,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   }
   const double sum = on_one.sum();
   const double cost = squares.sum();
-  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfPlane ||
+  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfBend ||
       cost > kNoisesOffSides * kNoisesOffSides * static_cast<double>(count - kQuadricTerms) ||
       one.normal.dot(two.normal) > kSmoothCosine) {
     return std::nullopt;

@@ -60,7 +60,7 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples, kHeavyBlock, context, [&](int64_t s) {
     const int point = static_cast<int>(s * count / samples);
     const double noise = cloud.noise[point], spacing = cloud.spacing[point];
-    if (!(noise > kThickNoiseRatio * spacing)) return;
+    if (!(noise > kUnderstatedNoise * spacing)) return;
     const double found = NoiseAlong(cloud, index, point);
     if (found >= 0) ratios[s] = found / noise;
   }));
@@ -77,7 +77,7 @@ absl::Status CorrectThickNoise(const PointIndex& index, const RunContext& contex
   RILIEVO_ASSIGN_OR_RETURN(const double scale, FindScale(*cloud, index, context));
   if (scale == 1) return absl::OkStatus();
   for (size_t i = 0; i < cloud->noise.size(); ++i) {
-    if (cloud->noise[i] > kThickNoiseRatio * cloud->spacing[i]) {
+    if (cloud->noise[i] > kUnderstatedNoise * cloud->spacing[i]) {
       cloud->noise[i] *= static_cast<float>(scale);
     }
   }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/points/belonging.h"
 #include "core/scan/local_shape/otsu_threshold.h"
 #include "core/scan/local_shape/patch_moments.h"
 
@@ -40,16 +39,17 @@ SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<c
 }
 
 std::span<const uint8_t> SheetNeighborhood::FindSheets(const SheetGap& gap) {
+  constexpr int kRounds = 3;
   if (!usable_) return {};
   OtsuSplit sheets;
-  for (int round = 0; round < kSideRounds; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     std::array<double, kSheetPoints> flat{};
     Flatten(round > 0, flat.data());
     std::array<double, kSheetPoints> sorted = flat;
     sheets = OtsuThreshold({sorted.data(), static_cast<size_t>(count_)}, kFewestOfSheet);
     if (sheets.within > kReject) return {};
     for (int i = 0; i < count_; ++i) sheet_[i] = flat[i] > sheets.threshold ? 1 : 0;
-    if (round + 1 < kSideRounds) continue;
+    if (round + 1 < kRounds) continue;
     const double middle = (sheets.low + sheets.high) / 2;
     const double reach = (sheets.high - sheets.low) / 6;
     const auto between = std::count_if(flat.begin(), flat.begin() + count_, [&](double height) {
