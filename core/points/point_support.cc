@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/points/belonging.h"
-
 namespace rilievo {
 
 double SupportReach(const OrientedCloud& cloud, int point) {
-  constexpr double kSpacings = 1.6;
-  return std::max<double>(kSpacings * cloud.spacing[point], kNoiseDeviations * cloud.noise[point]);
+  constexpr double kSpacings = 1.6, kNoises = 4;
+  return std::max<double>(kSpacings * cloud.spacing[point], kNoises * cloud.noise[point]);
 }
 
 bool HasSupport(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place) {

@@ -8,7 +8,7 @@
 
 namespace rilievo {
 
-// How far from a point the surface may lie: 1.6 of its spacings, or what explains its noise.
+// How far from a point the surface may lie: 1.6 of its spacings, or four times its noise.
 double SupportReach(const OrientedCloud& cloud, int point);
 
 // Whether `place` (unit frame) is within reach of the point nearest to it. `index` holds the points

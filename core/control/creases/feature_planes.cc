@@ -1,5 +1,6 @@
 #include "core/control/creases/feature_planes.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -19,14 +20,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 128;
+constexpr int kFewestPoints = 32, kMostPoints = 128;
 
 // How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
 // searched for in vain.
 int FirstAsked(const OrientedCloud& cloud) {
   const int typical =
-      NeighborhoodSize(kPointsByEdge, kMostPoints, cloud.median_noise, cloud.median_spacing);
-  return typical > kPointsByEdge ? 1 : kPointsByEdge;
+      NeighborhoodSize(kFewestPoints, kMostPoints, cloud.median_noise, cloud.median_spacing);
+  return typical > kFewestPoints ? 1 : kFewestPoints;
 }
 
 // Replaces the plane of a face; leaves it where the points around show no side of their own.
@@ -38,7 +39,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
   int count = index.Nearest(center, most(first), found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int wanted = most(NeighborhoodSize(kPointsByEdge, kMostPoints, noise, spacing));
+  const int wanted = most(NeighborhoodSize(kFewestPoints, kMostPoints, noise, spacing));
   if (wanted > count) count = index.Nearest(center, wanted, found.data(), squared.data());
   // The nearest of the face's side.
   int seed = count;
@@ -49,25 +50,32 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   if (seed == count) return;
   Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
   for (int round = 0; round < kSideRounds; ++round) {
-    const double width = (round == 0 ? 4.0 : 2.0) * std::max(2 * noise, 0.3 * spacing);
-    Vector3d places = Vector3d::Zero(), normals = Vector3d::Zero();
+    const double width = (round == 0 ? 2.0 : 1.0) * std::max(2 * noise, 0.3 * spacing);
+    Vector3d sum = Vector3d::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
     double weights = 0;
     int members = 0;
     for (int i = 0; i < count; ++i) {
-      const Vector3d own = cloud.normals.col(found[i]);
-      const double agreement = normal.dot(own);
-      const Vector3d way = cloud.points.col(found[i]) - point;
-      const double off = normal.dot(way) / width;
-      if (agreement < kSameSide || std::abs(off) > 1) continue;
-      const double weight = std::pow(agreement, 8) * (1 - off * off);
-      places += weight * way;
-      normals += weight * own;
+      const double agreement = normal.dot(cloud.normals.col(found[i]));
+      if (agreement < kSameSide) continue;
+      const Vector3d at = cloud.points.col(found[i]) - center;
+      const double off = normal.dot(at + center - point) / width;
+      if (off * off > 4) continue;
+      const double fourth = agreement * agreement * agreement * agreement;
+      const double weight = fourth * fourth * (1 - off * off / 4);
+      sum += weight * at;
+      squares += weight * at * at.transpose();
       weights += weight;
       ++members;
     }
     if (members < kFewestOfPlane) return;
-    normal = normals.normalized();
-    point += places / weights;
+    const Vector3d mean = sum / weights;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(squares / weights - mean * mean.transpose());
+    if (!(solver.eigenvalues()[1] > 0.05 * solver.eigenvalues()[2])) return;
+    const Vector3d axis = solver.eigenvectors().col(0);
+    normal = axis.dot(normal) < 0 ? Vector3d(-axis) : axis;
+    point = mean + center;
   }
   if (normal.dot(*face_normal) < kSameSheet) return;
   *face_normal = normal;

@@ -95,10 +95,11 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
 Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                             const std::vector<PatchMoments>& patches,
                             const std::vector<PatchPlane>& planes, double noise, int i) {
+  constexpr double kBendRatio = 6.0;     // of the noise variance, below which nothing bends
   constexpr double kFlatterRatio = 0.2;  // a curved surface stays above
   if (IsLeftOut(Mechanism::kQuietestPatch)) return planes[i].normal;
   const double own = planes[i].thickness;
-  if (own <= kFlat * noise * noise || own < 1e-6 * planes[i].spread) {
+  if (own <= kBendRatio * noise * noise || own < 1e-6 * planes[i].spread) {
     return planes[i].normal;
   }
   double best = kFlatterRatio * own;

@@ -14,8 +14,8 @@ TEST(HasSupportTest, AsFarAsSpacingOrNoiseOfTheNearestPointGo) {
   const PointIndex index(cloud.points);
   EXPECT_TRUE(HasSupport(cloud, index, {0, 0.15, 0}));
   EXPECT_FALSE(HasSupport(cloud, index, {0, 0.17, 0}));
-  EXPECT_TRUE(HasSupport(cloud, index, {10, 0, 2.95}));
-  EXPECT_FALSE(HasSupport(cloud, index, {10, 0, 3.05}));
+  EXPECT_TRUE(HasSupport(cloud, index, {10, 0, 3.95}));
+  EXPECT_FALSE(HasSupport(cloud, index, {10, 0, 4.05}));
 }
 
 }  // namespace
