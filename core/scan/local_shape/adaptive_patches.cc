@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
+#include <utility>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -44,10 +48,9 @@ struct Widener {
   // The patches of the point and of those neighbours whose planes agree within what their errors
   // explain: two sides of an edge stay apart.
   PatchMoments Widened(int i, const std::vector<PatchMoments>& patches, double error) const {
-    constexpr double kTrustedError = 0.25;
-    constexpr double kSharpestBend = 0.45;
-    const bool trusted = error < kTrustedError && planes[i].thickness < kThick * planes[i].spread;
-    const double agreement = trusted ? std::cos(std::max(kSharpestBend, 4 * error)) : 0.0;
+    const bool trusted = planes[i].thickness < kThick * planes[i].spread;
+    const double explained = std::cos(std::min(4 * error, std::numbers::pi / 2));
+    const double agreement = trusted ? std::min(kSmoothCosine, explained) : 0.0;
     PatchSum sum;
     sum.Add(patches[i], Eigen::Vector3d::Zero());
     for (const int j : graph.neighbors(i)) {
@@ -65,23 +68,17 @@ struct Widener {
     std::vector<PatchMoments> wider(patches->size());
     std::vector<uint8_t> widened(patches->size());
     for (int round = 0; round < kMaxRounds; ++round) {
-      RILIEVO_RETURN_IF_ERROR(
-          ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t at = begin; at < end; ++at) {
-              const int i = static_cast<int>(at);
-              const double error = NormalError(i);
-              widened[i] = NeedsWidening(i, error);
-              wider[i] = widened[i] ? Widened(i, *patches, error) : (*patches)[i];
-            }
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t at) {
+        const int i = static_cast<int>(at);
+        const double error = NormalError(i);
+        widened[i] = NeedsWidening(i, error);
+        wider[i] = widened[i] ? Widened(i, *patches, error) : (*patches)[i];
+      }));
       if (std::find(widened.begin(), widened.end(), 1) == widened.end()) break;
       patches->swap(wider);
-      RILIEVO_RETURN_IF_ERROR(
-          ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i) {
-              if (widened[i]) planes[i] = FitPlane((*patches)[i]);
-            }
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+        if (widened[i]) planes[i] = FitPlane((*patches)[i]);
+      }));
     }
     return absl::OkStatus();
   }
@@ -94,9 +91,7 @@ int Stride(const std::vector<float>& noise, const std::vector<float>& spacing) {
   for (size_t i = 0; i < noise.size(); ++i) {
     ratios[i] = spacing[i] > 0 ? noise[i] / spacing[i] : 0;
   }
-  const auto middle = ratios.begin() + static_cast<int64_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  const double excess = *middle / kThinningRatio;
+  const double excess = Median(std::move(ratios)) / kThinningRatio;
   return std::clamp(static_cast<int>(std::ceil(excess * excess)), 1, kMaxStride);
 }
 
@@ -106,28 +101,26 @@ absl::Status SpreadToAll(const Eigen::Matrix3Xd& points, const NeighborGraph& gr
                          const PointIndex& thinned, const std::vector<PatchMoments>& wide,
                          const RunContext& context, std::vector<PatchMoments>* patches,
                          std::vector<PatchPlane>* planes) {
-  return ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      PatchSum sum;
-      const auto add = [&](int thin) {
-        sum.Add(wide[thin], points.col(static_cast<int64_t>(thin) * stride) - points.col(i));
-      };
-      bool found = i % stride == 0;
-      if (found) add(static_cast<int>(i / stride));
-      for (const int j : graph.neighbors(static_cast<int>(i))) {
-        if (j % stride != 0) continue;
-        add(j / stride);
-        found = true;
-      }
-      if (!found) {
-        int nearest = 0;
-        double squared = 0;
-        thinned.Nearest(points.col(i), 1, &nearest, &squared);
-        add(nearest);
-      }
-      (*patches)[i] = sum.Mean();
-      (*planes)[i] = FitPlane((*patches)[i]);
+  return ParallelForEach(points.cols(), kSearchBlock, context, [&](int64_t i) {
+    PatchSum sum;
+    const auto add = [&](int thin) {
+      sum.Add(wide[thin], points.col(static_cast<int64_t>(thin) * stride) - points.col(i));
+    };
+    bool found = i % stride == 0;
+    if (found) add(static_cast<int>(i / stride));
+    for (const int j : graph.neighbors(static_cast<int>(i))) {
+      if (j % stride != 0) continue;
+      add(j / stride);
+      found = true;
     }
+    if (!found) {
+      int nearest = 0;
+      double squared = 0;
+      thinned.Nearest(points.col(i), 1, &nearest, &squared);
+      add(nearest);
+    }
+    (*patches)[i] = sum.Mean();
+    (*planes)[i] = FitPlane((*patches)[i]);
   });
 }
 

@@ -9,8 +9,9 @@
 #include <utility>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
 #include "core/scan/orientation/kernighan_lin.h"
@@ -22,8 +23,6 @@ namespace {
 
 // A turned face may show the next one.
 constexpr int kMostRounds = 2;
-// Fewer points than these do not tell by themselves.
-constexpr size_t kFewPoints = 6;
 // What a face gains by turning at least, per area and its radius, and the least share of the votes
 // on its rim that are for it. A flat one that is right would lose about one half; those that were
 // flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
@@ -76,7 +75,7 @@ class FaceSearch {
     double weight;  // > 0 where the normals that were given agree
   };
 
-  bool IsFew(int patch) const { return members_[patch].size() < kFewPoints; }
+  bool IsFew(int patch) const { return members_[patch].size() < kFewestOfPlane; }
 
   double PresentWeight(int patch, const Link& link) const {
     return sign_[patch] * sign_[link.to] * link.weight;
@@ -125,10 +124,9 @@ class FaceSearch {
     while (!next.empty()) {
       std::vector<uint8_t> disagrees(next.size());
       const auto count = static_cast<int64_t>(next.size());
-      RILIEVO_RETURN_IF_ERROR(
-          ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i) disagrees[i] = Disagrees(next[i], field);
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kHeavyBlock, context, [&](int64_t i) {
+        disagrees[i] = Disagrees(next[i], field);
+      }));
       std::vector<int> further;
       for (size_t i = 0; i < next.size(); ++i) {
         if (disagrees[i] == 0) continue;
@@ -217,17 +215,14 @@ class FaceSearch {
   // Patches of the window to turn; none after a stop request.
   std::vector<int> Search(const std::vector<int>& window, const WindingField& field,
                           const RunContext& context) const {
-    constexpr int kMostPasses = 8;
     constexpr size_t kMostFaces = 1500;  // the agreements between them are held in a square
-    constexpr double kRounding = 1e-9;
     const std::vector<DipolePatch> faces = FacesOf(window);
     if (faces.size() > kMostFaces) return {};
     const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
-    for (int pass = 0; pass < kMostPasses; ++pass) {
+    const double least_gain = kRounding * agreements.cwiseAbs().sum();
+    while (KernighanLinPass(agreements, &signs) > least_gain) {
       if (!context.CheckStop().ok()) return {};
-      const double gain = KernighanLinPass(agreements, &signs);
-      if (gain <= kRounding * agreements.cwiseAbs().sum()) break;
     }
     signs *= signs[signs.size() - 1];  // the rest stays
     return SureGains(faces, agreements, signs);
@@ -326,11 +321,9 @@ class FaceSearch {
                              FindSuspects(std::move(doubtful), field, context));
     const std::vector<std::vector<int>> windows = Windows(std::move(suspects));
     std::vector<std::vector<int>> to_turn(windows.size());
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(windows.size()), 1, context,
-                                        [&](int64_t begin, int64_t end) {
-                                          for (int64_t w = begin; w < end; ++w)
-                                            to_turn[w] = Search(windows[w], field, context);
-                                        }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelForEach(static_cast<int64_t>(windows.size()), 1, context,
+                        [&](int64_t w) { to_turn[w] = Search(windows[w], field, context); }));
     std::vector<int> turned;
     for (const std::vector<int>& list : to_turn) {
       for (const int patch : list) Turn(patch);
