@@ -14,7 +14,6 @@
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
 #include "core/scan/orientation/kernighan_lin.h"
-#include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/winding_number.h"
 
 namespace rilievo {
@@ -33,11 +32,19 @@ constexpr double kLeastVotes = 0.1;
 // wider than the points are apart have 0.3, flipped faces 0.1 at most.
 constexpr double kMostInFew = 0.2;
 
+// The way that the scan faces as one: zero unless the mean of its normals is longer than a
+// hemisphere's.
 Eigen::Vector3d FrontOf(const OrientedCloud& cloud) {
-  constexpr double kHemisphere = 0.5;
-  MeanNormal mean;
-  for (int i = 0; i < cloud.normals.cols(); ++i) mean.Add(cloud, i);
-  return mean.Front(kHemisphere);
+  constexpr double kLeastMean = 0.5;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double area = 0;
+  for (Eigen::Index i = 0; i < cloud.normals.cols(); ++i) {
+    const double share = ShareOfSurface(cloud.spacing[i]);
+    sum += share * cloud.normals.col(i);
+    area += share;
+  }
+  if (sum.norm() > kLeastMean * area) return sum;
+  return Eigen::Vector3d::Zero();
 }
 
 class FaceSearch {

@@ -277,44 +277,6 @@ absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
   return OrientGroups(MembersOf(component, labels.components), labels.sided, cloud, context);
 }
 
-// Where nearly all of the surface faces one way, it was seen from there, as terrain from the air:
-// votes for that way, as much as of given normals; else none. `turned`: normals that are to be
-// turned back before the votes are counted.
-SideVotes FrontVotes(const OrientedCloud& cloud, const std::vector<uint8_t>& turned) {
-  constexpr double kLeastFront = 0.75;
-  MeanNormal mean;
-  for (size_t i = 0; i < turned.size(); ++i) mean.Add(cloud, static_cast<int>(i));
-  const Eigen::Vector3d front = mean.Front(kLeastFront);
-  SideVotes votes;
-  if (front.isZero(0)) return votes;
-  votes.reserve(turned.size());
-  for (size_t i = 0; i < turned.size(); ++i) {
-    const double cosine = cloud.normals.col(static_cast<Eigen::Index>(i)).dot(front);
-    votes.push_back(kNormalWeight * static_cast<float>(turned[i] != 0 ? -cosine : cosine));
-  }
-  return votes;
-}
-
-// Turns what faces against the front of the scan, where it has one, or else what is inverted.
-// `unoriented`: the signs that the labels are for.
-absl::Status CorrectWithoutSides(const NeighborGraph& graph, const std::vector<uint8_t>& unoriented,
-                                 LabelledPatches* labelled, OrientedCloud* cloud,
-                                 const RunContext& context) {
-  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
-  const OrientationPatches& patches = labelled->patches;
-  labelled->sides = SidesOf(patches, FrontVotes(*cloud, turned), graph.k);
-  if (labelled->sides.empty()) {
-    return FlipInvertedPatches(patches, Agreements(patches, labelled->links, turned), cloud,
-                               context);
-  }
-  RILIEVO_ASSIGN_OR_RETURN(
-      labelled->labels, LabelSignedGraph(patches.count, labelled->links, labelled->sides, context));
-  for (size_t i = 0; i < turned.size(); ++i) {
-    if (turned[i] != 0) cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
-  }
-  return TurnByLabels(*labelled, cloud, context);
-}
-
 }  // namespace
 
 absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, PointSights sights,
@@ -324,15 +286,18 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> relations, EdgeSignVotes(graph, *cloud, context));
   const std::vector<uint8_t> unoriented = SignsOf(cloud->normals);
   RILIEVO_ASSIGN_OR_RETURN(
-      LabelledPatches labelled,
+      const LabelledPatches labelled,
       LabelBySights(graph, *cloud, relations, std::move(sights), options, context, &result));
   const std::vector<uint8_t> want_opposite = WantOpposite(relations);
   relations = std::vector<float>();
   RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
+  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (labelled.sides.empty()) {
-    RILIEVO_RETURN_IF_ERROR(CorrectWithoutSides(graph, unoriented, &labelled, cloud, context));
+    const OrientationPatches& patches = labelled.patches;
+    RILIEVO_RETURN_IF_ERROR(
+        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
+    turned = Turned(unoriented, cloud->normals);
   }
-  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
   result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,

@@ -4,10 +4,8 @@
 
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "core/scan/clean/check_scan.h"
-#include "core/scan/orientation/outward_sign.h"
 #include "core/scan/scan_surface.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
@@ -57,29 +55,6 @@ TEST(OrientationTest, SharpEdgesAreCrossedRightly) {
 TEST(OrientationTest, AnOpenTerrainPointsUp) {
   const ShapePtr terrain = MakeTerrain();
   EXPECT_EQ(Wrong(*terrain, Analyze(Sample(*terrain, 20000))), 0);
-}
-
-// From the air: a roof that is a bowl has its convex side below.
-TEST(OrientationTest, OverATerrainABowlPointsUp) {
-  constexpr int kSide = 60, kRoof = 15;
-  PointCloud scan;
-  scan.points.resize(3, kSide * kSide + kRoof * kRoof);
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const double x = i % kSide, y = i / kSide;
-    scan.points.col(i) << x, y, std::sin(0.2 * x) * std::cos(0.2 * y);
-  }
-  for (int i = 0; i < kRoof * kRoof; ++i) {
-    const double x = i % kRoof - 0.5 * kRoof, y = i / kRoof - 0.5 * kRoof;
-    scan.points.col(kSide * kSide + i) << 30 + x, 30 + y, 15 + 0.08 * (x * x + y * y);
-  }
-  const ScanSurface surface = Analyze(scan);
-  EXPECT_GT(surface.cloud.normals.row(2).minCoeff(), 0);
-  ASSERT_EQ(surface.cloud.points.cols(), scan.points.cols());
-  std::vector<int> roof;
-  for (int i = 0; i < surface.cloud.points.cols(); ++i) {
-    if (surface.frame.ScanFromUnit(surface.cloud.points.col(i)).z() > 10) roof.push_back(i);
-  }
-  EXPECT_EQ(OutwardSign(surface.cloud, roof), -1) << "alone it would point down";
 }
 
 // Two spacings thick, five times the noise: neighbours come from both sides.
