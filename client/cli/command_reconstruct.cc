@@ -61,7 +61,10 @@ absl::StatusOr<Source> ReadPaged(const Arguments& arguments, const std::string& 
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
   WantedLayers wanted = LayersFor(arguments.making.options);
-  wanted.intensity |= !arguments.kept_scan.empty();
+  if (!arguments.kept_scan.empty()) {
+    wanted.intensity = true;
+    wanted.colors |= arguments.making.options.colors == "intensity";
+  }
   RILIEVO_ASSIGN_OR_RETURN(ScanSet set, LoadScans(arguments.scans(), arguments.scan,
                                                   arguments.making.options.place, wanted));
   ReportPaths paths{NameOfAll(arguments.scans()), "", {}, arguments.scans()};
@@ -74,13 +77,13 @@ absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_to
     RILIEVO_RETURN_IF_ERROR(CheckAlignment(*paths.alignment));
   }
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, MergeSet(std::move(set)));
-  RILIEVO_RETURN_IF_ERROR(
-      ColorAsAsked(arguments.making.options, NameOfAll(arguments.scans()), &scan));
   paths.scan_format = scan.format;
   if (!arguments.kept_scan.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(WritePlyScan(arguments.kept_scan, scan.cloud, scan.layers),
                                          ExitCode::kOutput));
   }
+  RILIEVO_RETURN_IF_ERROR(
+      ColorAsAsked(arguments.making.options, NameOfAll(arguments.scans()), &scan));
   return Source{std::move(scan), std::move(paths)};
 }
 

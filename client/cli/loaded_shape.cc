@@ -176,8 +176,6 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     HeadedInput input(in);
     RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
     const bool is_mesh = kind == FileKind::kStl || kind == FileKind::kGlb;
-    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, is_mesh ? ReadMeshVertices(input.stream(), name, wanted)
-                                                    : ReadScanStream(input.stream(), name, wanted));
     if (arguments.last_returns && kind != FileKind::kLas) {
       return absl::InvalidArgumentError(
           "--last-returns needs the numbers of the returns, which LAS and LAZ files have; leave it "
@@ -188,6 +186,8 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
           "--trajectory needs the GPS times of its points, which LAS and LAZ files have; leave it "
           "out");
     }
+    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, is_mesh ? ReadMeshVertices(input.stream(), name, wanted)
+                                                    : ReadScanStream(input.stream(), name, wanted));
     if (is_mesh && !wanted.classes.empty()) {
       RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
     }

@@ -40,7 +40,7 @@ absl::Status ColorByIntensity(ScanFile* scan) {
   colors.clear();
   colors.reserve(intensity.size());
   for (const float value : intensity) {
-    const double share = (double{value} - low) / (double{high} - low);
+    const double share = std::isfinite(value) ? (double{value} - low) / (double{high} - low) : 0;
     const auto grey = static_cast<uint8_t>(share >= 1  ? 255
                                            : share > 0 ? std::lround(255 * share)
                                                        : 0);

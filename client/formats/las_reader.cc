@@ -105,11 +105,16 @@ class LasReader {
   }
 
  private:
+  // How many of the returns are the last of their pulses is not known.
+  absl::Status ReserveAll() {
+    return points_.Reserve(wanted_.last_returns ? 0 : header_.point_count);
+  }
+
   absl::Status ReadPlain(ByteSource* source) {
     if (source->remaining()) {
       const uint64_t held = *source->remaining() / header_.record_size;
       if (header_.point_count > held) return CutOff(held);
-      RILIEVO_RETURN_IF_ERROR(points_.Reserve(header_.point_count));
+      RILIEVO_RETURN_IF_ERROR(ReserveAll());
     }
     for (uint64_t i = 0; i < header_.point_count; ++i) {
       const char* record = source->Take(header_.record_size);
@@ -124,7 +129,7 @@ class LasReader {
                              laz::LazRecords::Open(source, header_, records_.laszip, wanted_));
     // Two bytes for a point are little already, what needs less grows as it comes.
     if (source->remaining() && header_.point_count <= *source->remaining() / 2) {
-      RILIEVO_RETURN_IF_ERROR(points_.Reserve(header_.point_count));
+      RILIEVO_RETURN_IF_ERROR(ReserveAll());
     }
     for (uint64_t i = 0; i < header_.point_count; ++i) {
       const char* record = records->Next();

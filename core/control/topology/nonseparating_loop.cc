@@ -102,13 +102,11 @@ const std::vector<int>& NonseparatingLoopFinder::Disc(int root, double radius) {
 // Faces whose three corners were reached, and their edges.
 void NonseparatingLoopFinder::CollectFaces() {
   Provide(topology_.face_count(), &face_slot_);
-  Provide(topology_.face_count(), &face_stamp_);
   disc_faces_.clear();
   for (const int v : disc_vertices_) {
     for (const int f : FacesOf(v)) {
       if (vertex_stamp_[topology_.faces(1, f)] != stamp_) continue;
       if (vertex_stamp_[topology_.faces(2, f)] != stamp_) continue;
-      face_stamp_[f] = stamp_;
       face_slot_[f] = static_cast<int>(disc_faces_.size());
       disc_faces_.push_back(f);
     }
@@ -132,7 +130,7 @@ void NonseparatingLoopFinder::CollectEdges() {
       int inside = 0;
       for (int side = 0; side < 2; ++side) {
         const int f = topology_.edge_faces(side, e);
-        inside += f >= 0 && face_stamp_[f] == stamp_;
+        inside += f >= 0 && IsInDisc(f);
       }
       if (inside == 0) continue;
       use(v);
@@ -192,7 +190,7 @@ std::vector<NonseparatingLoopFinder::LoopEdge> NonseparatingLoopFinder::LoopEdge
     if (parent_edge_[a] == e || parent_edge_[b] == e) continue;
     const double length =
         distance_[a] + distance_[b] + (vertices_.col(a) - vertices_.col(b)).norm();
-    candidates.push_back({length, e});
+    candidates.push_back({static_cast<float>(length), e});
   }
   std::sort(candidates.begin(), candidates.end(), std::greater<>());
   const int face_count = static_cast<int>(disc_faces_.size());
@@ -203,7 +201,7 @@ std::vector<NonseparatingLoopFinder::LoopEdge> NonseparatingLoopFinder::LoopEdge
     int dual[2], found = 0;
     for (int side = 0; side < 2; ++side) {
       const int f = topology_.edge_faces(side, e);
-      if (f >= 0 && face_stamp_[f] == stamp_) dual[found++] = face_slot_[f];
+      if (f >= 0 && IsInDisc(f)) dual[found++] = face_slot_[f];
     }
     if (found == 1) dual[1] = face_count + boundary_set_[e];
     const int a = FindSet(dual[0]), b = FindSet(dual[1]);

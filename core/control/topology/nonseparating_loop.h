@@ -54,11 +54,15 @@ class NonseparatingLoopFinder {
   void CollectEdges();
   // An edge that closes a loop through the root, and how long that is.
   struct LoopEdge {
-    double length;
+    float length;
     int edge;
     auto operator<=>(const LoopEdge&) const = default;
   };
 
+  bool IsInDisc(int face) const {
+    const auto slot = static_cast<size_t>(face_slot_[face]);
+    return slot < disc_faces_.size() && disc_faces_[slot] == face;
+  }
   int CapBoundary();  // numbers the boundary loops; returns how many
   // Those off the tree of the last disc and off its cotree; none where it has no handle.
   std::vector<LoopEdge> LoopEdges();
@@ -70,7 +74,7 @@ class NonseparatingLoopFinder {
   std::shared_ptr<const VertexTables> tables_;
   std::vector<double> distance_;  // per vertex, valid where stamped
   std::vector<int> parent_edge_, vertex_stamp_, counted_stamp_;
-  std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
+  std::vector<int> face_slot_;  // per face, place in disc_faces_ where that holds it
   std::vector<int> disc_vertices_, disc_faces_, disc_edges_, border_;  // of edges with one face
   int used_vertices_ = 0;                                              // those of the disc's edges
   std::vector<int> boundary_set_;  // per edge of the disc's boundary, valid where on it

@@ -172,7 +172,7 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
 }
 
 // Opens the mesh along the loops and closes both sides of each with a fan around its centre.
-ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
+ControlMesh CutAndCap(const Eigen::Matrix3Xd& vertices, const MeshTopology& topology,
                       const std::vector<std::vector<int>>& loops) {
   std::vector<int> loop_of(topology.vertex_count, -1);
   std::map<std::pair<int, int>, int> on_loop;  // directed loop edges
@@ -185,7 +185,7 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
   // Corners at loop vertices: those left of the loop take the second copy of the vertex. Left is
   // what can be reached around the vertex, without crossing the loop, from a face left of it.
   ControlMesh cut;
-  cut.faces = mesh.faces;
+  cut.faces = topology.faces;
   std::vector<Eigen::Vector3d> added;
   const int vertex_count = topology.vertex_count;
   std::map<int, int> second_copy;
@@ -193,7 +193,7 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
     const auto [it, fresh] = second_copy.try_emplace(v, 0);
     if (fresh) {
       it->second = vertex_count + static_cast<int>(added.size());
-      added.push_back(mesh.vertices.col(v));
+      added.push_back(vertices.col(v));
     }
     return it->second;
   };
@@ -218,7 +218,7 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
   std::vector<Eigen::Vector3i> caps;
   for (const std::vector<int>& loop : loops) {
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const int v : loop) center += mesh.vertices.col(v);
+    for (const int v : loop) center += vertices.col(v);
     center /= static_cast<double>(loop.size());
     for (const bool left : {false, true}) {
       const int apex = vertex_count + static_cast<int>(added.size());
@@ -235,7 +235,7 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
     }
   }
   cut.vertices.resize(3, vertex_count + static_cast<int64_t>(added.size()));
-  cut.vertices.leftCols(vertex_count) = mesh.vertices;
+  cut.vertices.leftCols(vertex_count) = vertices;
   for (size_t i = 0; i < added.size(); ++i) cut.vertices.col(vertex_count + i) = added[i];
   const int64_t face_count = cut.faces.cols();
   cut.faces.conservativeResize(3, face_count + static_cast<int64_t>(caps.size()));
@@ -243,20 +243,22 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
   return cut;
 }
 
-absl::StatusOr<MeshTopology> TopologyOf(const ControlMesh& mesh) {
-  return BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
-}
-
-// A mesh and how it hangs together.
+// A mesh whose faces stand in its topology alone.
 struct Connected {
-  ControlMesh mesh;
+  Eigen::Matrix3Xd vertices;
   MeshTopology topology;
 };
+
+absl::StatusOr<Connected> Connect(ControlMesh mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  return Connected{std::move(mesh.vertices), std::move(topology)};
+}
 
 // The vertices to search around: every handle goes through one of them.
 std::vector<uint8_t> WhereHandlesAre(const Connected& connected) {
   const int count = connected.topology.vertex_count;
-  NonseparatingLoopFinder finder(connected.topology, connected.mesh.vertices);
+  NonseparatingLoopFinder finder(connected.topology, connected.vertices);
   std::vector<uint8_t> marks(static_cast<size_t>(count), 0), seen(marks);
   for (int v = 0; v < count; ++v) {
     if (seen[v] != 0) continue;
@@ -273,18 +275,19 @@ absl::StatusOr<int> CutHandles(const HandleLengths& lengths, const LoopSupport* 
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     search.resize(connected->topology.vertex_count, 1);  // the caps
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::vector<int>> loops,
-                             FindLoops(connected->topology, connected->mesh.vertices, lengths,
-                                       support, context, &search));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const std::vector<std::vector<int>> loops,
+        FindLoops(connected->topology, connected->vertices, lengths, support, context, &search));
     if (loops.empty()) break;
-    ControlMesh cut = CutAndCap(connected->mesh, connected->topology, loops);
+    ControlMesh cut = CutAndCap(connected->vertices, connected->topology, loops);
+    ControlMesh before{std::move(connected->vertices), std::move(connected->topology.faces)};
     connected->topology = MeshTopology();  // makes room for the next
-    auto topology = TopologyOf(cut);
-    if (!topology.ok()) {  // a handle too many is better than no surface
-      RILIEVO_ASSIGN_OR_RETURN(connected->topology, TopologyOf(connected->mesh));
+    absl::StatusOr<Connected> next = Connect(std::move(cut));
+    if (!next.ok()) {  // a handle too many is better than no surface
+      RILIEVO_ASSIGN_OR_RETURN(*connected, Connect(std::move(before)));
       break;
     }
-    *connected = {std::move(cut), *std::move(topology)};
+    *connected = *std::move(next);
     removed += static_cast<int>(loops.size());
   }
   return removed;
@@ -296,16 +299,18 @@ absl::StatusOr<HandleRemoval> RemoveHandles(ControlMesh mesh,
                                             std::span<const HandleLengths> searches,
                                             const LoopSupport* support, const RunContext& context) {
   if (IsLeftOut(Mechanism::kHandles)) return HandleRemoval{std::move(mesh), 0};
-  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, TopologyOf(mesh));
-  const int64_t genus = Genus(topology);
-  Connected connected{std::move(mesh), std::move(topology)};
+  RILIEVO_ASSIGN_OR_RETURN(Connected connected, Connect(std::move(mesh)));
+  const int64_t genus = Genus(connected.topology);
   int removed = 0;
   for (const HandleLengths& lengths : searches) {
     if (removed == genus) break;
     RILIEVO_ASSIGN_OR_RETURN(const int cut, CutHandles(lengths, support, context, &connected));
     removed += cut;
   }
-  return HandleRemoval{std::move(connected.mesh), removed};
+  ControlMesh clean;
+  clean.vertices = std::move(connected.vertices);
+  clean.faces = std::move(connected.topology.faces);
+  return HandleRemoval{std::move(clean), removed};
 }
 
 }  // namespace rilievo
