@@ -126,20 +126,16 @@ Rgb Between(const std::vector<Rgb>& colors, const Eigen::Vector3i& corners,
 
 }  // namespace
 
-int64_t FewPointsOnTriangles(int64_t triangles) {
+int64_t PointsOnTriangles(int64_t triangles) {
   return std::clamp(triangles, kFewestPoints, kMostPoints);
 }
 
-int64_t PointsOnTriangles(int64_t triangles) {
-  return std::min(2 * FewPointsOnTriangles(triangles), kMostPoints);
-}
-
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
-                                       int64_t wanted, const RunContext& context) {
+                                       const RunContext& context) {
   const std::vector<double> areas = AreasOf(mesh);
   double area = 0;
   for (const double part : areas) area += part;
-  const double share = area / static_cast<double>(wanted);
+  const double share = area / static_cast<double>(PointsOnTriangles(mesh.triangles.cols()));
   const double spacing = 2 * std::sqrt(share * std::numbers::inv_pi);
   std::vector<Place> places;
   const std::vector<double> densities = Densities(mesh, areas, share);

@@ -13,17 +13,15 @@
 namespace rilievo {
 
 // How many points a mesh of so many triangles gets on them: one for each, 100 000 to 250 000.
-int64_t FewPointsOnTriangles(int64_t triangles);
-// And where a surface over these is not exact enough: twice as many, 200 000 to 250 000.
 int64_t PointsOnTriangles(int64_t triangles);
 
-// About `wanted` points all over the triangles, and points as dense along the borders, but no more
-// there. Each has the normal of its triangle. A point takes the same share of the area, but on
-// pieces so small that they would have few: triangles get theirs in turn, and the places within
-// them follow the R2 sequence (Roberts, The unreasonable effectiveness of quasirandom sequences,
-// 2018). `colors`: of the vertices of `mesh`, or empty; those of the points are between them. The
-// result has no neighbour graph, and of the figures only the number of points.
+// So many points all over the triangles, and points as dense along the borders, but no more there.
+// Each has the normal of its triangle. A point takes the same share of the area, but on pieces so
+// small that they would have few: triangles get theirs in turn, and the places within them follow
+// the R2 sequence (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+// `colors`: of the vertices of `mesh`, or empty; those of the points are between them. The result
+// has no neighbour graph, and of the figures only the number of points.
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
-                                       int64_t wanted, const RunContext& context);
+                                       const RunContext& context);
 
 }  // namespace rilievo

@@ -11,12 +11,10 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/meshes/scan_of_mesh.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coarse_surface.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/color_surface.h"
-#include "core/pipeline/enough_points.h"
 #include "core/pipeline/finished_surface.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/option_lengths.h"
@@ -192,8 +190,16 @@ absl::StatusOr<Reconstruction> Made(FinishedSurface finished, ReconstructReport 
                         std::move(report)};
 }
 
-absl::StatusOr<Reconstruction> RunShaped(ShapedInput input, bool faces_given,
-                                         Clock::time_point start, const PipelineContext& context) {
+// `spent`: where the scan's memory may go once its points have been checked; or null.
+absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
+                                         const ReconstructOptions& given,
+                                         const RunContext& caller) {
+  const auto start = Clock::now();
+  StageSeconds seconds{};
+  const PipelineContext context{caller, &seconds, scan.points.cols()};
+  const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
+  const auto shape = scan.triangles.cols() > 0 ? ShapeMesh : ShapeScan;
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, shape(scan, spent, given, context));
   const ScanFigures figures = input.scan.figures;
   const bool has_colors = !input.scan.colors.empty();
   const DssMetadata metadata =
@@ -203,28 +209,7 @@ absl::StatusOr<Reconstruction> RunShaped(ShapedInput input, bool faces_given,
   ReconstructReport report = ReportOf(figures, input.control, finished, input.options);
   report.mesh = input.mesh;
   report.colors_left_out = has_colors && finished.colors.bytes == 0;
-  return Made(std::move(finished), std::move(report), *context.seconds, start);
-}
-
-// `spent`: where the memory of a scan may go once its points have been checked; or null.
-absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
-                                         const ReconstructOptions& options,
-                                         const RunContext& caller) {
-  const auto start = Clock::now();
-  StageSeconds seconds{};
-  const PipelineContext context{caller, &seconds, scan.points.cols()};
-  const bool faces_given = options.control.target_faces > 0 || options.control.user_mesh;
-  if (scan.triangles.cols() == 0) {
-    RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeScan(scan, spent, options, context));
-    return RunShaped(std::move(input), faces_given, start, context);
-  }
-  return WithEnoughPoints(
-      scan.triangles.cols(), options, [&](int64_t points) -> absl::StatusOr<Reconstruction> {
-        const bool first = points == FewPointsOnTriangles(scan.triangles.cols());
-        const PipelineContext of_run = first ? context : context.Silent();
-        RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeMesh(scan, points, options, of_run));
-        return RunShaped(std::move(input), faces_given, start, of_run);
-      });
+  return Made(std::move(finished), std::move(report), seconds, start);
 }
 
 absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes& sizes,

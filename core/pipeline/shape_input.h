@@ -39,9 +39,9 @@ absl::StatusOr<ShapedInput> ShapePoints(ScanSurface surface, std::string hash,
                                         const PipelineContext& context);
 
 // The same of a mesh: its control mesh is the mesh itself, made even and simplified, so topology
-// and borders are the mesh's own, and about `points` lie all over its triangles. INVALID_ARGUMENT
-// where the options ask for another topology, a control mesh or closed borders.
-absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, int64_t points,
+// and borders are the mesh's own, and the points lie all over its triangles. INVALID_ARGUMENT where
+// the options ask for another topology, a control mesh or closed borders.
+absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
                                       const ReconstructOptions& options,
                                       const PipelineContext& context);
 

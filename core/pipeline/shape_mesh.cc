@@ -129,7 +129,7 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
 
 }  // namespace
 
-absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, int64_t points,
+absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
                                       const ReconstructOptions& options,
                                       const PipelineContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckMeshOptions(options));
@@ -147,11 +147,12 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, int64_t points,
   };
   RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check, make_hash));
   const std::vector<Rgb> colors = ColorsOfVertices(checked, mesh.sights.colors);
+  if (spent != nullptr) *spent = PointCloud();
   const MeshFigures figures = checked.figures;
   RILIEVO_ASSIGN_OR_RETURN(ReconstructOptions fractions,
                            WithoutLengths(options, checked.frame.diagonal));
   std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, points, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, context));
   Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,

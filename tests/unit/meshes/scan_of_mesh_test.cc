@@ -16,8 +16,7 @@ CheckedMesh Checked(const ControlMesh& mesh) {
 
 TEST(ScanOfMeshTest, PointsLieEvenlyOnTheTriangles) {
   const CheckedMesh mesh = Checked(testing::Icosahedron());
-  const ScanSurface scan =
-      ScanOfMesh(mesh, {}, FewPointsOnTriangles(mesh.triangles.cols()), RunContext{}).value();
+  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
   const OrientedCloud& cloud = scan.cloud;
   EXPECT_NEAR(static_cast<double>(cloud.points.cols()), 100'000, 1);
   EXPECT_EQ(scan.figures.kept, cloud.points.cols());
@@ -51,8 +50,7 @@ TEST(ScanOfMeshTest, PointsLieEvenlyOnTheTriangles) {
 
 TEST(ScanOfMeshTest, BordersHavePointsOfTheirOwn) {
   const CheckedMesh mesh = Checked(testing::Grid(4, 4));
-  const ScanSurface scan =
-      ScanOfMesh(mesh, {}, FewPointsOnTriangles(mesh.triangles.cols()), RunContext{}).value();
+  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
   const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
   const auto on_border = (scan.cloud.points.row(0).array() - low[0]).abs() < 1e-12;
   const double length = mesh.vertices.row(1).maxCoeff() - low[1];
@@ -64,8 +62,7 @@ TEST(ScanOfMeshTest, ASmallPieceHasPointsToo) {
   small.vertices *= 1e-4;
   small.vertices.row(0).array() += 3;
   const CheckedMesh mesh = Checked(testing::Union(testing::Icosahedron(), small));
-  const ScanSurface scan =
-      ScanOfMesh(mesh, {}, FewPointsOnTriangles(mesh.triangles.cols()), RunContext{}).value();
+  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
   const double edge = mesh.vertices.row(0).maxCoeff() - 0.01;
   const auto there = scan.cloud.points.row(0).array() > edge;
   EXPECT_NEAR(static_cast<double>(there.count()), 100, 2);
@@ -79,8 +76,7 @@ TEST(ScanOfMeshTest, ASmallPieceHasPointsToo) {
 TEST(ScanOfMeshTest, ColoursAreMixed) {
   const CheckedMesh mesh = Checked(testing::Tetrahedron());
   const std::vector<Rgb> colors = {{0, 0, 0}, {200, 0, 0}, {0, 200, 0}, {0, 0, 200}};
-  const ScanSurface scan =
-      ScanOfMesh(mesh, colors, FewPointsOnTriangles(mesh.triangles.cols()), RunContext{}).value();
+  const ScanSurface scan = ScanOfMesh(mesh, colors, RunContext{}).value();
   ASSERT_EQ(scan.colors.size(), static_cast<size_t>(scan.cloud.points.cols()));
   // Linear over the tetrahedron: the weight of a vertex is its channel.
   for (Eigen::Index i = 0; i < scan.cloud.points.cols(); i += 100) {
