@@ -224,16 +224,23 @@ Surroundings SurroundingsOf(int seed, const LevelRings& rings,
 }
 
 // Parts whose surroundings have vertices in common come one after the other, in their order; those
-// of a list have none. `marks`: by vertex, all 0.
+// of a list have none, and move no more vertices together than a single part may. `marks`: by
+// vertex, all 0.
 std::vector<std::vector<Surroundings>> ListsApart(std::vector<Surroundings> parts,
                                                   std::vector<int> marks) {
   std::vector<std::vector<Surroundings>> lists;
+  std::vector<int> moved;  // by list
   for (Surroundings& part : parts) {
-    int after = 0;
-    for (const int v : part.vertices) after = std::max(after, marks[v]);
-    for (const int v : part.vertices) marks[v] = after + 1;
-    if (static_cast<size_t>(after) == lists.size()) lists.emplace_back();
-    lists[after].push_back(std::move(part));
+    size_t at = 0;
+    for (const int v : part.vertices) at = std::max(at, static_cast<size_t>(marks[v]));
+    while (at < lists.size() && moved[at] + part.moved > kMostContinued) ++at;
+    for (const int v : part.vertices) marks[v] = static_cast<int>(at) + 1;
+    if (at == lists.size()) {
+      lists.emplace_back();
+      moved.push_back(0);
+    }
+    moved[at] += part.moved;
+    lists[at].push_back(std::move(part));
   }
   return lists;
 }

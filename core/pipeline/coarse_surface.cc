@@ -30,7 +30,7 @@ constexpr char kCoarseName[] = "coarse";
 // As many control faces as suit all points, as far as the `thinned` ones show their shape: they are
 // fitted to all.
 ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned) {
-  constexpr int64_t kThinnedPerFace = 8;
+  constexpr int64_t kThinnedPerFace = 4;
   if (thinned == points) return options;
   options.control.target_faces = static_cast<int>(
       std::clamp<int64_t>(thinned / kThinnedPerFace, 1, DefaultControlFaces(points)));

@@ -55,8 +55,9 @@ class VoxelDistances {
 
 // The volume inside of a closed surface whose distances at the centres of voxels these are: of each
 // voxel the share 0.5 - distance / voxel, from 0 to 1. That is exact where faces lie along the
-// axes, however far into a layer of voxels they reach; what curvature adds falls with the square of
-// the voxels. `voxel`: edge length, of the unit of the distances.
+// axes, however far into a layer of voxels they reach, and walls are at least a voxel thick; what
+// curvature adds falls with the square of the voxels. `voxel`: edge length, of the unit of the
+// distances.
 double VolumeInside(std::span<const float> distances, double voxel);
 
 }  // namespace rilievo

@@ -134,10 +134,8 @@ class Large:
             fleet.start()
             host, port = fleet.addresses()[0]
             begin = time.monotonic()
-            over = threading.Event()
-            stack.callback(over.set)
             if self._options.kill_seconds:
-                threading.Thread(target=self._kill, args=(fleet, over), daemon=True).start()
+                stack.enter_context(self._killing(fleet))
             with Peak([lambda process=process: process.process.pid
                        for process in fleet.workers]) as peak:
                 done = subprocess.run(
@@ -150,13 +148,25 @@ class Large:
                 raise RuntimeError(f"{done.stderr[-2000:]}\n{words}")
             return self._seen(f"{workers} workers", begin, peak, surface)
 
-    def _kill(self, fleet, over):
-        turn = 0
-        while not over.wait(self._options.kill_seconds):
-            worker = fleet.workers[turn % len(fleet.workers)]
-            worker.kill()
-            worker.start()
-            turn += 1
+    @contextlib.contextmanager
+    def _killing(self, fleet):
+        over = threading.Event()
+
+        def kill():
+            turn = 0
+            while not over.wait(self._options.kill_seconds):
+                worker = fleet.workers[turn % len(fleet.workers)]
+                worker.kill()
+                worker.start()
+                turn += 1
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        try:
+            yield
+        finally:
+            over.set()
+            killer.join()
 
     def run(self, points, ways):
         scan, first = self.simulate(points), None
