@@ -16,9 +16,9 @@ struct OrientedCloud {
   // RMS distance of the neighbours to the local surface, unit frame; bounded by the noise around,
   // so that edges and curvature do not count.
   std::vector<float> noise;
-  // 1 where the orientation is ambiguous because the votes of the neighbours contradict each other,
-  // as between the sheets of a wall about as thin as its points are apart; empty before
-  // OrientNormals.
+  // 1 where the orientation is ambiguous because what the scanner knows of a side contradicts it
+  // or, where that is nothing, the votes of the neighbours contradict each other, as between the
+  // sheets of a wall about as thin as its points are apart; empty before OrientNormals.
   std::vector<uint8_t> ambiguous;
   // Where the surface is known to be sharp: columns 2 i and 2 i + 1 are the ends of a segment; unit
   // frame. Of a scan: empty, for nothing is known of it.
