@@ -6,10 +6,10 @@
 
 namespace rilievo {
 
-// Gives each point a grey in place of its colour, if any: black at the intensity that a hundredth
-// of the points stays below, white at the one that a hundredth exceeds, and in proportion between
-// them. Points whose intensity is not finite are black. INVALID_ARGUMENT where the scan has no
-// intensity, or the same for nearly all points.
+// Replaces the colours of the points by greys. The hundredth of the points with the lowest
+// intensities is black, the hundredth with the highest is white, and between them grey is in
+// proportion to the intensity. Points whose intensity is not finite are black. INVALID_ARGUMENT
+// where the scan has no intensity, or the same for nearly all points.
 absl::Status ColorByIntensity(ScanFile* scan);
 
 }  // namespace rilievo
