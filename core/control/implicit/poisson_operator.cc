@@ -45,15 +45,17 @@ float Coherence(const Fields& spread, const Vector3d& at, const NodesAround& aro
 }  // namespace
 
 PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext& context)
-    : context_(context), size_(system.grid.size()) {
-  LinkNeighbors(system);
+    : context_(context), size_(system.grid.size()), neighbors_(system.grid, context) {
+  FindDegrees(system.border_free);
   {
     const Fields spread = Spread(system);
     // What the discs took would lie beneath all that follows.
     ReleaseToOsAfter(system.cloud.points.cols());
     right_side_.resize(size_);
     Run(size_, [&](int64_t begin, int64_t end) {
-      for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
+      neighbors_.ForEach(begin, end, [&](int node, const Neighbors& neighbors) {
+        right_side_[node] = Divergence(spread, node, neighbors);
+      });
     });
     AddScreening(system, spread);
   }
@@ -61,17 +63,14 @@ PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext
   FindDiagonal();
 }
 
-void PoissonOperator::LinkNeighbors(const ScreenedPoisson& system) {
-  neighbors_ = system.grid.Neighbors(context_);
+void PoissonOperator::FindDegrees(bool border_free) {
   degree_.resize(size_);
   Run(size_, [&](int64_t begin, int64_t end) {
-    for (int64_t node = begin; node < end; ++node) {
-      int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
-      const auto missing = std::count(neighbor, neighbor + 6, -1);
-      std::replace(neighbor, neighbor + 6, -1, size_);
-      const bool is_free = system.border_free || missing == 0;
+    neighbors_.ForEach(begin, end, [&](int node, const Neighbors& neighbors) {
+      const auto missing = std::count(neighbors.begin(), neighbors.end(), size_);
+      const bool is_free = border_free || missing == 0;
       degree_[node] = static_cast<uint8_t>(is_free ? 6 - missing : 0);
-    }
+    });
   });
 }
 
@@ -92,11 +91,11 @@ PoissonOperator::Fields PoissonOperator::Spread(const ScreenedPoisson& system) c
 }
 
 // Of the normals spread on the edges around a node; edges that leave the grid carry none.
-float PoissonOperator::Divergence(const Fields& spread, int64_t node) const {
-  const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+float PoissonOperator::Divergence(const Fields& spread, int node,
+                                  const Neighbors& neighbors) const {
   float sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const int before = neighbor[2 * axis], after = neighbor[2 * axis + 1];
+    const int before = neighbors[2 * axis], after = neighbors[2 * axis + 1];
     if (before < size_) sum += spread[axis][before];
     if (after < size_) sum -= spread[axis][node];
   }
@@ -182,11 +181,10 @@ void PoissonOperator::FindDiagonal() {
     for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Squares(cell);
   });
   Run(size_, [&](int64_t begin, int64_t end) {
-    for (int64_t node = begin; node < end; ++node) {
-      const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
-      const auto missing = std::count(neighbor, neighbor + 6, size_);
+    neighbors_.ForEach(begin, end, [&](int node, const Neighbors& neighbors) {
+      const auto missing = std::count(neighbors.begin(), neighbors.end(), size_);
       diagonal_[node] = static_cast<float>(6 - missing) + AtCells(node);
-    }
+    });
   });
 }
 

@@ -10,6 +10,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/run_context.h"
 #include "core/control/implicit/poisson_solver.h"
+#include "core/control/implicit/sparse_grid.h"
 #include "core/control/implicit/trilinear_stencil.h"
 
 namespace rilievo {
@@ -20,7 +21,7 @@ class PoissonOperator {
  public:
   static constexpr int64_t kBlock = 1 << 14;  // nodes a task; sums are formed block by block
 
-  // Reads `system` here only.
+  // Reads `system` here only, but for its grid, which must outlive it.
   PoissonOperator(const ScreenedPoisson& system, const RunContext& context);
 
   int size() const { return size_; }
@@ -36,11 +37,11 @@ class PoissonOperator {
     });
     return BlockSums([&](int64_t begin, int64_t end) {
       Sums sums{};
-      for (int64_t node = begin; node < end; ++node) {
-        const float value = is_free(node) ? Row(node, in) : 0.0f;
+      neighbors_.ForEach(begin, end, [&](int node, const Neighbors& neighbors) {
+        const float value = is_free(node) ? Row(node, neighbors, in) : 0.0f;
         (*out)[node] = value;
         sums[0] += double{in[node]} * double{value};
-      }
+      });
       return sums;
     })[0];
   }
@@ -67,6 +68,7 @@ class PoissonOperator {
 
  private:
   using Corners = std::array<float, 8>;
+  using Neighbors = std::array<int, 6>;
   // Three components of the normals on the staggered edges, then the bare area on the nodes.
   using Fields = std::array<std::vector<float>, 4>;
   struct ScreeningRow {
@@ -90,10 +92,9 @@ class PoissonOperator {
     return sums;
   }
 
-  float Row(int64_t node, const std::vector<float>& in) const {
-    const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+  float Row(int64_t node, const Neighbors& neighbors, const std::vector<float>& in) const {
     float sum = 0;
-    for (int side = 0; side < 6; ++side) sum += in[neighbor[side]];
+    for (const int neighbor : neighbors) sum += in[neighbor];
     return static_cast<float>(degree_[node]) * in[node] - sum + AtCells(node);
   }
 
@@ -106,9 +107,9 @@ class PoissonOperator {
     return sum;
   }
 
-  void LinkNeighbors(const ScreenedPoisson& system);
+  void FindDegrees(bool border_free);
   Fields Spread(const ScreenedPoisson& system) const;
-  float Divergence(const Fields& spread, int64_t node) const;
+  float Divergence(const Fields& spread, int node, const Neighbors& neighbors) const;
   void AddScreening(const ScreenedPoisson& system, const Fields& spread);
   absl::Status MakeScreeningRows(const ScreenedPoisson& system, size_t begin, const Fields& spread,
                                  std::vector<ScreeningRow>* rows) const;
@@ -119,7 +120,7 @@ class PoissonOperator {
 
   const RunContext& context_;
   int size_;
-  std::vector<int> neighbors_;   // 6 a node, size_ for none
+  SparseGridNeighbors neighbors_;
   std::vector<uint8_t> degree_;  // 0: frozen
   std::vector<float> diagonal_, right_side_;
   // The screening: rows of 8 weights, those of cell c from first_row_[c] on. A cell that the

@@ -190,36 +190,30 @@ bool SparseGridReader::FindThreeCubed(const Eigen::Vector3i& low, std::array<int
   return FindBox<3>(low, nodes->data()) > 0;
 }
 
-std::vector<int> SparseGrid::Neighbors(const RunContext& context) const {
-  std::vector<int> neighbors(6 * static_cast<size_t>(size_));
-  const auto blocks = static_cast<int64_t>(masks_.size());
+SparseGridNeighbors::SparseGridNeighbors(const SparseGrid& grid, const RunContext& context)
+    : grid_(grid), beside_(grid.masks_.size()) {
+  const auto blocks = static_cast<int64_t>(beside_.size());
   ParallelFor(blocks, kSearchBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t block = begin; block < end; ++block) {
-      LinkBlock(static_cast<int>(block), &neighbors[6 * static_cast<size_t>(bases_[block])]);
+      const Eigen::Vector3i corner = SparseGrid::BlockCorner(grid_.keys_[block]);
+      for (int side = 0; side < 6; ++side) {
+        constexpr int kSize = 1 << SparseGrid::kBlockBits;
+        Eigen::Vector3i other = corner;
+        other[side >> 1] += (side & 1) != 0 ? kSize : -kSize;
+        beside_[block][side] = grid_.FindBlock(SparseGrid::BlockKey(other));
+      }
     }
   }).IgnoreError();
-  return neighbors;
 }
 
-void SparseGrid::LinkBlock(int block, int* neighbors) const {
-  const Eigen::Vector3i corner = BlockCorner(keys_[block]);
-  int beside[6];
-  for (int side = 0; side < 6; ++side) {
-    Eigen::Vector3i other = corner;
-    other[side >> 1] += (side & 1) ? (1 << kBlockBits) : -(1 << kBlockBits);
-    beside[side] = FindBlock(BlockKey(other));
+SparseGridNeighbors::Numbers SparseGridNeighbors::NumbersOf(int block) const {
+  Numbers numbers;
+  numbers.fill(grid_.size_);
+  int node = grid_.bases_[block];
+  for (uint64_t rest = grid_.masks_[block]; rest != 0; rest &= rest - 1) {
+    numbers[std::countr_zero(rest)] = node++;
   }
-  for (uint64_t rest = masks_[block]; rest != 0; rest &= rest - 1) {
-    const int bit = std::countr_zero(rest);
-    for (int side = 0; side < 6; ++side) {
-      const int shift = 2 * (side >> 1);
-      const int along = (bit >> shift) & 3;
-      const bool up = (side & 1) != 0;
-      const bool leaves = along == (up ? 3 : 0);
-      const int other = leaves ? bit ^ (3 << shift) : bit + (up ? 1 << shift : -(1 << shift));
-      *neighbors++ = NumberIn(leaves ? beside[side] : block, other);
-    }
-  }
+  return numbers;
 }
 
 }  // namespace rilievo

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -35,22 +36,18 @@ class SparseGrid {
   // As of SparseGridReader.
   bool FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) const;
 
-  // Numbers of the neighbours of every node, 6 a node: -x, +x, -y, +y, -z, +z; -1 for none.
-  // A stop request leaves them half done; the caller asks context.CheckStop() after.
-  std::vector<int> Neighbors(const RunContext& context) const;
-
   // Coordinates of every node, in order of their numbers.
   std::vector<Eigen::Vector3i> Nodes() const;
 
  private:
   friend class SparseGridReader;
+  friend class SparseGridNeighbors;
   static constexpr int kBlockBits = 2;
   static uint64_t BlockKey(const Eigen::Vector3i& node);
   static int BitOf(const Eigen::Vector3i& node) {
     return (node.x() & 3) | ((node.y() & 3) << 2) | ((node.z() & 3) << 4);
   }
   static Eigen::Vector3i BlockCorner(uint64_t key);
-  void LinkBlock(int block, int* neighbors) const;
   // std::popcount calls a library routine on plain x86-64.
   static int PopCount(uint64_t bits) {
     bits -= (bits >> 1) & 0x5555555555555555u;
@@ -104,5 +101,56 @@ class SparseGridReader {
   unsigned known_ = 0;  // one bit for each of
   Block blocks_[8];
 };
+
+// The six neighbors of the nodes of a sealed grid, which must outlive it. They are found from the
+// blocks as they are asked for: a table of them would take 24 bytes a node.
+class SparseGridNeighbors {
+ public:
+  // A stop request leaves it half done; the caller asks context.CheckStop() after.
+  SparseGridNeighbors(const SparseGrid& grid, const RunContext& context);
+
+  // Calls visit(node, neighbors) for the nodes [begin, end) in order. `neighbors`: the numbers of
+  // -x, +x, -y, +y, -z, +z, size() of the grid for none.
+  template <typename Visit>
+  void ForEach(int64_t begin, int64_t end, const Visit& visit) const;
+
+ private:
+  static constexpr int kNodesOfBlock = 64;
+  using Numbers = std::array<int, kNodesOfBlock>;
+
+  // Of the nodes of a block, by bit; size() of the grid where there is none.
+  Numbers NumbersOf(int block) const;
+  // The neighbor that lies in another block. `side`: 0 to 5.
+  int Across(int block, int bit, int side) const {
+    const int node = grid_.NumberIn(beside_[block][side], bit ^ (3 << (side & ~1)));
+    return node < 0 ? grid_.size_ : node;
+  }
+
+  const SparseGrid& grid_;
+  std::vector<std::array<int, 6>> beside_;  // blocks by side, -1 for none
+};
+
+template <typename Visit>
+void SparseGridNeighbors::ForEach(int64_t begin, int64_t end, const Visit& visit) const {
+  const std::vector<int>& bases = grid_.bases_;
+  int node = static_cast<int>(begin);
+  auto block = static_cast<int>(std::upper_bound(bases.begin(), bases.end(), node) - bases.begin());
+  for (--block; node < end; ++block) {
+    const Numbers numbers = NumbersOf(block);
+    for (uint64_t rest = grid_.masks_[block]; rest != 0 && node < end; rest &= rest - 1) {
+      const int bit = std::countr_zero(rest);
+      if (numbers[bit] < node) continue;  // before `begin`
+      std::array<int, 6> neighbors;
+      for (int axis = 0; axis < 3; ++axis) {
+        const int shift = 2 * axis, along = (bit >> shift) & 3;
+        neighbors[2 * axis] =
+            along == 0 ? Across(block, bit, 2 * axis) : numbers[bit - (1 << shift)];
+        neighbors[2 * axis + 1] =
+            along == 3 ? Across(block, bit, 2 * axis + 1) : numbers[bit + (1 << shift)];
+      }
+      visit(node++, neighbors);
+    }
+  }
+}
 
 }  // namespace rilievo

@@ -69,6 +69,33 @@ TEST(SparseGridTest, ManyNodesAreFoundAsOneByOne) {
   }
 }
 
+TEST(SparseGridTest, NeighborsAreThoseThatAreFoundOneByOne) {
+  SparseGrid grid;
+  grid.AddBox({-5, -5, -5}, {3, 2, 6});
+  grid.AddBox({3, -9, 1}, {9, -4, 2});
+  for (int i = 0; i < 50; ++i) grid.AddBox({5 * i, i, -i}, {5 * i, i + 1, -i});
+  grid.Seal();
+  const std::vector<Eigen::Vector3i> nodes = grid.Nodes();
+  const SparseGridNeighbors neighbors(grid, {});
+  // From within blocks to within blocks too.
+  for (const int step : {1, 7, 64, grid.size()}) {
+    int seen = 0;
+    for (int begin = 0; begin < grid.size(); begin += step) {
+      neighbors.ForEach(begin, std::min(begin + step, grid.size()),
+                        [&](int node, const std::array<int, 6>& around) {
+                          EXPECT_EQ(node, seen++);
+                          for (int side = 0; side < 6; ++side) {
+                            Eigen::Vector3i beside = nodes[node];
+                            beside[side / 2] += side % 2 == 0 ? -1 : 1;
+                            const int found = grid.Find(beside);
+                            EXPECT_EQ(around[side], found < 0 ? grid.size() : found);
+                          }
+                        });
+    }
+    EXPECT_EQ(seen, grid.size());
+  }
+}
+
 TEST(SparseGridTest, AnEmptyGridFindsNothing) {
   SparseGrid grid;
   grid.Seal();
