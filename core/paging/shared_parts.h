@@ -18,10 +18,11 @@ enum class PartStep {
   kCoarse = 0,  // one part: the surface of the thinned points
   kSurfels,     // normals, spacings and noise, by run of pages
   kFit,         // control points, by control faces
-  kHeights,     // heights, by control faces: the last one that others help with
-  kCoded,       // one part: the layers of the file, not yet measured
+  kHeights,     // heights, by control faces
+  kCoded,       // one part: the layers of the file, not yet measured; by the process that leads
+  kMeasured,    // what the file decodes to beside the points, by control faces
 };
-inline constexpr int kPartSteps = 5;
+inline constexpr int kPartSteps = 6;
 
 // The next bytes, valid until the next call; none at the end.
 using PieceSource = std::function<absl::StatusOr<std::span<const uint8_t>>()>;

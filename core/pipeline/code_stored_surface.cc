@@ -54,6 +54,19 @@ std::vector<int> AllFaces(int64_t count) {
   return faces;
 }
 
+template <typename Archive, typename Part>
+void VisitMeasured(Archive& archive, Part& part) {
+  archive(part.box);
+  archive(part.folds);
+  archive(part.source_counts);
+  archive(part.squared);
+  archive(part.largest);
+  archive(part.across_sum);
+  archive(part.across_count);
+  archive(part.pages);
+  archive(part.squared_of_points);
+}
+
 class StoredCoding {
  public:
   // `points` may be null: then nothing is measured.
@@ -111,12 +124,13 @@ class StoredCoding {
            (!in_groups || file->layers.size() > static_cast<size_t>(kFirstGroupedLevel));
   }
 
+  // Whether others may measure parts of what is coded.
+  bool IsMeasuredByParts() const { return block_.in_groups && points_ != nullptr; }
+
   absl::StatusOr<PartsError> MeasureBytes(std::span<const uint8_t> bytes) const {
     if (block_.in_groups) {
       RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
-      return Measure(Parts([&](std::span<const int> faces, const RunContext& context) {
-        return DecodePart(file, cutter_, faces, context);
-      }));
+      return Measure(PartsOf(file));
     }
     RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
     SurfacePart whole;
@@ -129,7 +143,44 @@ class StoredCoding {
     return Measure(parts);
   }
 
+  // The same, some parts of it by others. The one who leads is told the errors, the others nothing.
+  absl::StatusOr<PartsError> MeasureTogether(std::span<const uint8_t> bytes,
+                                             SharedParts* shared) const {
+    const StageScope scope(Stage::kMeasure, context_);
+    RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
+    const SurfaceParts parts = PartsOf(file);
+    std::vector<MeasuredPart> measured(static_cast<size_t>(parts.count));
+    PartsOfStep step{.step = PartStep::kMeasured, .count = parts.count};
+    step.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
+      RILIEVO_ASSIGN_OR_RETURN(
+          MeasuredPart found,
+          MeasurePart(parts, part, MeasureOptions{kCertifiedSamples}, context_, *points_));
+      ValueWriter writer;
+      VisitMeasured(writer, found);
+      return std::move(writer.bytes);
+    };
+    step.take = [&](int part, std::span<const uint8_t> of_part) {
+      MeasuredPart& found = measured[static_cast<size_t>(part)];
+      ValueReader reader(of_part);
+      VisitMeasured(reader, found);
+      return reader.Finished() && found.box.allFinite() && TakeDistances(&found, points_).ok()
+                 ? absl::OkStatus()
+                 : NotOfPart(PartStep::kMeasured, part);
+    };
+    points_->ForgetDistances();
+    const auto tell = [this](double share) { context_.Report(Stage::kMeasure, share); };
+    RILIEVO_RETURN_IF_ERROR(RunParts(step, {tell, shared}));
+    if (!shared->leads()) return PartsError();
+    return SumOfParts(parts, measured, context_, points_);
+  }
+
  private:
+  SurfaceParts PartsOf(const OpenedDss& file) const {
+    return Parts([this, &file](std::span<const int> faces, const RunContext& context) {
+      return DecodePart(file, cutter_, faces, context);
+    });
+  }
+
   // As given.
   SurfaceParts Uncoded() const {
     return Parts([this](std::span<const int> faces, const RunContext& /*context*/) {
@@ -212,6 +263,17 @@ bool ReadCoded(std::span<const uint8_t> bytes, CodedStoredSurface* coded) {
   return reader.Finished();
 }
 
+// Takes what was coded.
+PartsOfStep StepOfCoding(const StoredCoding& coding, CodedStoredSurface* coded) {
+  PartsOfStep step{.step = PartStep::kCoded, .count = 1};
+  step.take = [&coding, coded](int part, std::span<const uint8_t> bytes) {
+    return ReadCoded(bytes, coded) && coding.AreOfSurface(coded->encoded)
+               ? absl::OkStatus()
+               : NotOfPart(PartStep::kCoded, part);
+  };
+  return step;
+}
+
 }  // namespace
 
 double ShareOfSource(HeightSource source, const std::array<int64_t, 3>& counts) {
@@ -255,24 +317,23 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
   CodedStoredSurface coded;
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOfSource(HeightSource::kSmoothed, surface.source_counts);
-  PartsOfStep step{.step = PartStep::kCoded, .count = 1};
-  step.is_there = [&](int /*part*/) {
+  PartsOfStep step = StepOfCoding(coding, &coded);
+  step.is_there = [&](int part) {
     const std::optional<std::vector<uint8_t>> saved = scratch.Load(kCodedName);
-    return saved && ReadCoded(*saved, &coded) && coding.AreOfSurface(coded.encoded);
+    return saved && step.take(part, *saved).ok();
   };
   step.make = [&](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
     coded.encoded = {};
     RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
-    return BytesOfCoded(coded);
-  };
-  step.take = [&](int part, std::span<const uint8_t> bytes) {
-    return ReadCoded(bytes, &coded) && coding.AreOfSurface(coded.encoded)
-               ? scratch.Save(kCodedName, bytes)
-               : NotOfPart(PartStep::kCoded, part);
+    std::vector<uint8_t> bytes = BytesOfCoded(coded);
+    RILIEVO_RETURN_IF_ERROR(scratch.Save(kCodedName, bytes));
+    return bytes;
   };
   RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
-  RILIEVO_ASSIGN_OR_RETURN(const PartsError found,
-                           coding.MeasureBytes(coded.encoded.Concatenate()));
+  const std::vector<uint8_t> bytes = coded.encoded.Concatenate();
+  const bool together = shared != nullptr && coding.IsMeasuredByParts();
+  RILIEVO_ASSIGN_OR_RETURN(const PartsError found, together ? coding.MeasureTogether(bytes, shared)
+                                                            : coding.MeasureBytes(bytes));
   coded.error = found.error;
   if (points != nullptr) StateErrors(found.error, &coded.metadata);
   coded.metadata.folds = found.folds;
@@ -280,6 +341,21 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
               ShareOfSource(HeightSource::kSmoothed, found.source_counts), &coded.metadata);
   RILIEVO_RETURN_IF_ERROR(ReplaceMetadata(coded.metadata, coded.encoded));
   return coded;
+}
+
+absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
+                           PointPages* points, const BlockSize& block, SharedParts* shared,
+                           const ReconstructOptions& options, const PipelineContext& context) {
+  if (!options.measure) return absl::OkStatus();
+  const StoredCoding coding(surface, cutter, points, block, options, context);
+  if (!coding.IsMeasuredByParts()) return absl::OkStatus();
+  CodedStoredSurface coded;
+  PartsOfStep step = StepOfCoding(coding, &coded);
+  step.make = [](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
+    return absl::InternalError("one who helps was to code the surface");
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
+  return coding.MeasureTogether(coded.encoded.Concatenate(), shared).status();
 }
 
 absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,

@@ -61,6 +61,12 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context);
 
+// Waits for what the process that leads `shared` codes, and measures parts of it, where there are
+// any to measure. `surface` needs no heights.
+absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
+                           PointPages* points, const BlockSize& block, SharedParts* shared,
+                           const ReconstructOptions& options, const PipelineContext& context);
+
 // The error of a file that is whole up to its last layer, in memory as above where it has groups.
 // `points` may be null: then folds and sources alone. `options`: those it was made with.
 absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,

@@ -40,7 +40,8 @@ absl::StatusOr<std::vector<uint8_t>> FetchFrom(SharedParts* shared, PartStep ste
 absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run) {
   if (run.shared == nullptr) return RunAlone(parts, run.told);
   SharedParts& shared = *run.shared;
-  const bool takes = shared.leads() || parts.step != PartStep::kHeights;
+  const bool takes =
+      shared.leads() || (parts.step != PartStep::kHeights && parts.step != PartStep::kMeasured);
   std::vector<bool> taken(static_cast<size_t>(parts.count), false);
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, shared.Next(parts.step, parts.count));

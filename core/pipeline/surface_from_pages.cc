@@ -88,15 +88,35 @@ absl::StatusOr<StoredSurface> BeginStored(const PagedScan& pages, const CoarseSu
   return stored;
 }
 
+// How a surface is coded.
+struct Grouping {
+  Grouping(const StoredSurface& stored, const PartCutter& cutter, const PartSizes& sizes,
+           const ReconstructOptions& given)
+      : options(given) {
+    const auto group = GroupFacesFor(stored, cutter, sizes.block_vertices, given.encode);
+    block = {sizes.block_vertices, group.has_value()};
+    if (group) options.encode.group_faces = *group;
+  }
+
+  ReconstructOptions options;
+  BlockSize block;
+};
+
 }  // namespace
 
 absl::Status HelpFromPages(const PagedScan& pages, const PartSizes& sizes, SharedParts* shared,
                            const PipelineContext& context, CoarseSurface* coarse) {
   RILIEVO_ASSIGN_OR_RETURN(StoredSurface stored, BeginStored(pages, *coarse));
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
-  return MeasurePages(pages, sizes, coarse->scan, coarse->sampled.surface, cutter, coarse->options,
-                      shared, context, &coarse->sampled.domain, &stored)
-      .status();
+  RILIEVO_ASSIGN_OR_RETURN(
+      const MeasuredPages measured,
+      MeasurePages(pages, sizes, coarse->scan, coarse->sampled.surface, cutter, coarse->options,
+                   shared, context, &coarse->sampled.domain, &stored));
+  { const ScanSurface spent = std::move(coarse->scan); }
+  const Grouping grouping(stored, cutter, sizes, coarse->options);
+  RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
+                           PointsOfPages::Create(pages, measured.analyzed.surfels, stored.frame));
+  return HelpToMeasure(stored, cutter, &points, grouping.block, shared, grouping.options, context);
 }
 
 absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const PartSizes& sizes,
@@ -121,10 +141,7 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   ThinnedPoints some{{}, coarse->all_points.spacing, coarse->all_points.noise};
   { const ScanSurface spent = std::move(scan); }
 
-  const std::optional<int> group =
-      GroupFacesFor(stored, cutter, sizes.block_vertices, options.encode);
-  ReconstructOptions grouped = options;
-  if (group) grouped.encode.group_faces = *group;
+  const Grouping grouping(stored, cutter, sizes, options);
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.analyzed.surfels, stored.frame));
   if (options.measure && !options.encode.max_error) {
@@ -134,9 +151,8 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,
       CodeStoredSurface(stored, cutter, some, &points, sampled.domain.position_step, metadata,
-                        {sizes.block_vertices, group.has_value()}, pages.scratch_folder(), shared,
-                        grouped, context));
-  if (!group) {
+                        grouping.block, pages.scratch_folder(), shared, grouping.options, context));
+  if (!grouping.block.in_groups) {
     RILIEVO_ASSIGN_OR_RETURN(surface, ReadWhole(stored, cutter));
   }
   FinishedSurface finished;

@@ -10,19 +10,19 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/surface/nearest_in_pages.h"
 #include "core/surface/nearest_of_parts.h"
 #include "core/surface/one_way_distances.h"
-#include "core/surface/surface_samples.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-void AddCounts(const PartTriangles& part, PartsError* found) {
+// `Part`: anything with folds and sources.
+template <typename Part>
+void AddCounts(const Part& part, PartsError* found) {
   found->folds += part.folds;
   for (size_t source = 0; source < part.source_counts.size(); ++source) {
     found->source_counts[source] += part.source_counts[source];
@@ -52,101 +52,6 @@ DistanceSummary SummaryOf(std::vector<double> squared, double largest_squared,
   summary.p95 = Percentile95(squared);
   return summary;
 }
-
-// What the samples of the parts so far have shown.
-class SamplesOfParts {
- public:
-  SamplesOfParts(const SurfaceParts& surface, const PointPages& points, int samples,
-                 const RunContext& context)
-      : context_(context), sampler_(surface.area / samples, context.seed), far_(points) {}
-
-  // `near`: the points within kNearPart of the part's box, if there are any.
-  absl::Status Take(const Shape& part, const SearchableShape* near) {
-    SurfaceSamples samples;
-    samples.places = sampler_.Next(part.vertices, part.triangles, &samples.faces);
-    std::vector<double> squared(samples.faces.size(), kUnknown), across = squared;
-    if (near != nullptr) {
-      RILIEVO_ASSIGN_OR_RETURN(
-          squared, SquaredAcrossCloud(part, samples, near->shape, near->tree, context_, &across));
-    }
-    for (size_t i = 0; i < squared.size(); ++i) {
-      if (squared[i] > kNearPart * kNearPart) {
-        RILIEVO_RETURN_IF_ERROR(Settle(part, samples, i, &squared[i], &across[i]));
-      }
-      largest_ = std::max(largest_, squared[i]);
-      squared_.push_back(squared[i]);
-      if (IsFilled(part, samples.faces[i])) continue;
-      across_sum_ += across[i];
-      across_count_ += 1;
-    }
-    return TakeVertices(part, near);
-  }
-
-  double AcrossRms() const { return std::sqrt(across_sum_ / std::max(across_count_, 1.0)); }
-  DistanceSummary Summary(std::vector<double>* distances) {
-    return SummaryOf(std::move(squared_), largest_, distances);
-  }
-
- private:
-  static constexpr double kUnknown = std::numeric_limits<double>::infinity();
-
-  // Of a sample whose nearest point may lie elsewhere.
-  absl::Status Settle(const Shape& part, const SurfaceSamples& samples, size_t i, double* squared,
-                      double* across) {
-    const Vector3d place = samples.places.col(static_cast<Eigen::Index>(i));
-    RILIEVO_ASSIGN_OR_RETURN(const auto found, far_.Search(place, *squared));
-    if (!found) return absl::OkStatus();
-    const auto triangle = part.triangles.col(samples.faces[i]);
-    const Vector3d a = part.vertices.col(triangle[0]);
-    const Vector3d normal =
-        (part.vertices.col(triangle[1]) - a).cross(part.vertices.col(triangle[2]) - a);
-    *squared = found->squared_distance;
-    *across = SquaredAcross(found->point, normal.normalized(), found->gap, place);
-    return absl::OkStatus();
-  }
-
-  absl::Status TakeVertices(const Shape& part, const SearchableShape* near) {
-    if (near != nullptr) {
-      RILIEVO_ASSIGN_OR_RETURN(
-          const double bound,
-          LargestSquaredDistance(
-              part.vertices.cols(), [&](int64_t i) -> Vector3d { return part.vertices.col(i); },
-              near->tree, largest_, context_));
-      if (bound <= std::max(largest_, kNearPart * kNearPart)) {
-        largest_ = bound;
-        return absl::OkStatus();
-      }
-    }
-    int hint = -1;
-    std::optional<Vector3d> far_hint;
-    for (int64_t i = 0; i < part.vertices.cols(); ++i) {
-      if (i % kSearchBlock == 0) RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
-      const Vector3d vertex = part.vertices.col(i);
-      if (far_hint && (vertex - *far_hint).squaredNorm() <= largest_) continue;
-      double squared = kUnknown;
-      if (near != nullptr) {
-        const ClosestPointTree::Hit hit = near->tree.Closest(vertex, hint);
-        hint = hit.item;
-        squared = hit.squared_distance;
-      }
-      if (squared > std::max(largest_, kNearPart * kNearPart)) {
-        RILIEVO_ASSIGN_OR_RETURN(const auto found, far_.Search(vertex, squared));
-        if (found) {
-          squared = found->squared_distance;
-          far_hint = found->point;
-        }
-      }
-      largest_ = std::max(largest_, squared);
-    }
-    return absl::OkStatus();
-  }
-
-  const RunContext& context_;
-  AreaSampler sampler_;
-  NearestInPages far_;
-  std::vector<double> squared_;
-  double largest_ = 0, across_sum_ = 0, across_count_ = 0;
-};
 
 // Brings the distances of points to the pages they are of.
 absl::Status Lower(const GatheredPoints& gathered, const std::vector<double>& squared,
@@ -257,59 +162,54 @@ absl::StatusOr<DistanceSummary> SummaryOfPages(const PointPages& points, Distanc
   return summary;
 }
 
-// Both ways between a part and the points near it; the points' distances go to their pages.
-absl::Status MeasurePart(const Shape& part, const RunContext& context, SamplesOfParts* samples,
-                         PointPages* points) {
-  Eigen::AlignedBox3d box = BoxOfShape(part);
-  box.min().array() -= kNearPart;
-  box.max().array() += kNearPart;
-  RILIEVO_ASSIGN_OR_RETURN(GatheredPoints near, PointsWithin(box, *points, context));
-  if (near.pages.empty()) return samples->Take(part, nullptr);
-  {
-    RILIEVO_ASSIGN_OR_RETURN(const SearchableShape searchable,
-                             MakeSearchable(std::move(near.shape), context));
-    RILIEVO_RETURN_IF_ERROR(samples->Take(part, &searchable));
-    near.shape.vertices = searchable.shape.vertices;
-  }
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> known, KnownDistances(near, *points));
-  NearestOfParts nearest(near.shape.vertices, std::move(known));
-  RILIEVO_RETURN_IF_ERROR(nearest.Ask(part, 2 * kNearPart, context));
-  return Lower(near, nearest.squared(), points);
-}
-
 }  // namespace
 
-absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const MeasureOptions& options,
-                                        const RunContext& context, PointPages* points) {
-  if (!(surface.area > 0)) {
-    return absl::InvalidArgumentError("the surface has no area, so no samples of it can be taken");
-  }
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
-  points->ForgetDistances();
+absl::StatusOr<PartsError> SumOfParts(const SurfaceParts& surface,
+                                      const std::vector<MeasuredPart>& parts,
+                                      const RunContext& context, PointPages* points) {
   PartsError found;
-  SamplesOfParts samples(surface, *points, options.samples, context);
   std::vector<Eigen::AlignedBox3d> boxes;
-  for (int i = 0; i < surface.count; ++i) {
-    RILIEVO_ASSIGN_OR_RETURN(const PartTriangles part, surface.triangles(i, context));
-    boxes.push_back(BoxOfShape(part.shape));
+  std::vector<double> squared;
+  double largest = 0, across_sum = 0;
+  int64_t across_count = 0;
+  for (const MeasuredPart& part : parts) {
     AddCounts(part, &found);
-    RILIEVO_RETURN_IF_ERROR(MeasurePart(part.shape, context, &samples, points));
-    context.Report(Stage::kMeasure, static_cast<double>(i + 1) / surface.count);
+    boxes.emplace_back(Eigen::Vector3d(part.box.col(0)), Eigen::Vector3d(part.box.col(1)));
+    squared.insert(squared.end(), part.squared.begin(), part.squared.end());
+    largest = std::max(largest, part.largest);
+    across_sum += part.across_sum;
+    across_count += part.across_count;
   }
   RILIEVO_RETURN_IF_ERROR(SettleFarPoints(surface, boxes, context, points));
   TwoSidedError& error = found.error;
   DistanceCounts counts;
   RILIEVO_ASSIGN_OR_RETURN(error.b_to_a, SummaryOfPages(*points, &counts));
   std::vector<double> distances;
-  error.a_to_b = samples.Summary(&distances);
+  error.a_to_b = SummaryOf(std::move(squared), largest, &distances);
   for (const double distance : distances) counts.Add(distance);
   const auto square = [](double x) { return x * x; };
+  const double across =
+      std::sqrt(across_sum / static_cast<double>(std::max<int64_t>(across_count, 1)));
   error.rms = std::sqrt((square(error.a_to_b.rms) + square(error.b_to_a.rms)) / 2);
-  error.across_rms = std::max(samples.AcrossRms(), error.b_to_a.rms);
+  error.across_rms = std::max(across, error.b_to_a.rms);
   error.mean = (error.a_to_b.mean + error.b_to_a.mean) / 2;
   error.max = std::max(error.a_to_b.max, error.b_to_a.max);
   error.p95 = counts.Percentile95();
   return found;
+}
+
+absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const MeasureOptions& options,
+                                        const RunContext& context, PointPages* points) {
+  RILIEVO_RETURN_IF_ERROR(CheckMeasure(surface, options));
+  points->ForgetDistances();
+  std::vector<MeasuredPart> parts;
+  for (int i = 0; i < surface.count; ++i) {
+    RILIEVO_ASSIGN_OR_RETURN(MeasuredPart part, MeasurePart(surface, i, options, context, *points));
+    RILIEVO_RETURN_IF_ERROR(TakeDistances(&part, points));
+    parts.push_back(std::move(part));
+    context.Report(Stage::kMeasure, static_cast<double>(i + 1) / surface.count);
+  }
+  return SumOfParts(surface, parts, context, points);
 }
 
 absl::StatusOr<PartsError> CountParts(const SurfaceParts& surface, const RunContext& context) {

@@ -8,14 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Finalizer of SplitMix64 (Steele, Lea, Flood 2014): a counter in, 64 well-mixed bits out.
-uint64_t MixBits(uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 // In [0, 1), 32 bits of it.
 double UnitFromBits(uint64_t bits) { return static_cast<double>(bits >> 32) * 0x1p-32; }
 
@@ -45,6 +37,13 @@ Vector3d PointWithin(const Eigen::Matrix3Xd& vertices, const Eigen::Vector3i& tr
 
 }  // namespace
 
+uint64_t MixBits(uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
 Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
                               std::span<const int> order, int64_t count, uint64_t seed,
                               std::vector<int>* faces) {
@@ -68,15 +67,17 @@ Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Mat
   return points;
 }
 
-Eigen::Matrix3Xd AreaSampler::Next(const Eigen::Matrix3Xd& vertices,
-                                   const Eigen::Matrix3Xi& triangles, std::vector<int>* faces) {
+Eigen::Matrix3Xd SamplePiece(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
+                             double slice, uint64_t seed, std::vector<int>* faces) {
   std::vector<Vector3d> points;
   faces->clear();
+  double before = 0;  // area of the triangles so far
   for (int f = 0; f < static_cast<int>(triangles.cols()); ++f) {
-    before_ += TwiceArea(vertices, triangles.col(f)) / 2;
-    for (;; ++count_) {
-      const uint64_t bits = BitsOf(seed_, count_);
-      if (PlaceOf(count_, bits, slice_) >= before_) break;
+    before += TwiceArea(vertices, triangles.col(f)) / 2;
+    for (;;) {
+      const auto sample = static_cast<int64_t>(points.size());
+      const uint64_t bits = BitsOf(seed, sample);
+      if (PlaceOf(sample, bits, slice) >= before) break;
       points.push_back(PointWithin(vertices, triangles.col(f), bits));
       faces->push_back(f);
     }

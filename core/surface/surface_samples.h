@@ -8,6 +8,9 @@
 
 namespace rilievo {
 
+// Finalizer of SplitMix64 (Steele, Lea, Flood 2014): a counter in, 64 well-mixed bits out.
+uint64_t MixBits(uint64_t x);
+
 // `count` points (columns), each standing for the same share of the area: one in each of `count`
 // equal slices of the running area over the triangles in the order `order` (all of them, each
 // once), at a random place in it that depends on `seed` and the slice alone. So the spread is
@@ -18,21 +21,9 @@ Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Mat
                               std::span<const int> order, int64_t count, uint64_t seed,
                               std::vector<int>* faces = nullptr);
 
-// The same of a mesh that comes in pieces: a sample for each `slice` of the area that runs on over
-// all of them.
-class AreaSampler {
- public:
-  AreaSampler(double slice, uint64_t seed) : slice_(slice), seed_(seed) {}
-
-  // Those of the next piece. `faces` becomes the triangle of each.
-  Eigen::Matrix3Xd Next(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
-                        std::vector<int>* faces);
-
- private:
-  double slice_;
-  uint64_t seed_;
-  double before_ = 0;  // area so far
-  int64_t count_ = 0;  // samples so far
-};
+// The same of a piece of a mesh: one for each whole `slice` of its area, and one for what is left
+// with the probability of its share of a slice. `faces` becomes the triangle of each.
+Eigen::Matrix3Xd SamplePiece(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
+                             double slice, uint64_t seed, std::vector<int>* faces);
 
 }  // namespace rilievo

@@ -103,8 +103,8 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
       "UPDATE job_parts SET worker = $3, claim = claim + 1, lease_until = now() + ", kLease,
       " WHERE job_id = $1 AND step = $2 AND part = (SELECT part FROM job_parts WHERE job_id = $1"
       " AND step = $2 AND ",
-      kOpen, " AND CASE WHEN $4 = 0 THEN claim < ", kMostTries, " AND NOT ", own,
-      " ELSE twice < 2 OR NOT ", own,
+      kOpen, " AND CASE WHEN $4 = 0 THEN step <> ", NumberOf(PartStep::kCoded), " AND claim < ",
+      kMostTries, " AND NOT ", own, " ELSE twice < 2 OR NOT ", own,
       " OR NOT EXISTS(SELECT 1 FROM job_parts AS latest WHERE latest.job_id = $1 AND latest.step ="
       " $2 AND latest.lease_until > now()) END ORDER BY result <> '', ",
       own, ", part LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING part, claim");
@@ -287,7 +287,7 @@ absl::StatusOr<std::vector<std::string>> PartQueue::JobsToHelp(const std::string
       "SELECT job_id FROM queue WHERE worker <> '' AND worker <> $1 AND memory <= $2 AND"
       " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND recipe = $3 AND"
       " job_parts.claim < ",
-      kMostTries, " AND step < ", NumberOf(PartStep::kCoded), " AND NOT ", IsByItself("$1", "$4"),
+      kMostTries, " AND step <> ", NumberOf(PartStep::kCoded), " AND NOT ", IsByItself("$1", "$4"),
       " AND job_parts.", kOpen, ") ORDER BY number LIMIT 16");
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
   query.Bind(worker).Bind(memory).Bind(recipe).Bind(NameOfHelper(worker));

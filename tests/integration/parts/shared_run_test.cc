@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <thread>
 #include <utility>
@@ -22,12 +23,15 @@ namespace {
 // What processes share, in memory. Parts come in falling order.
 class PartsInMemory {
  public:
-  // What one of them has of it. It is lost after `lives` parts, and what it had begun with it.
+  // What one of them has of it. It is lost after `lives` parts, and what it had begun with it, or
+  // when it comes to a step.
   class Member : public SharedParts {
    public:
-    Member(PartsInMemory* all, bool leads, int lives) : all_(all), leads_(leads), lives_(lives) {}
+    Member(PartsInMemory* all, bool leads, int lives, std::optional<PartStep> last = {})
+        : all_(all), leads_(leads), lives_(lives), last_(last) {}
     bool leads() const override { return leads_; }
     absl::StatusOr<Turn> Next(PartStep step, int count) override {
+      if (step == last_) return absl::CancelledError("lost");
       std::unique_lock lock(all_->mutex_);
       std::vector<Part>& parts = all_->parts_[step];
       parts.resize(static_cast<size_t>(count));
@@ -35,7 +39,8 @@ class PartsInMemory {
         int done = 0, next = -1;
         for (int part = 0; part < count; ++part) {
           done += !parts[part].bytes.empty();
-          if (parts[part].bytes.empty() && !parts[part].taken) next = part;
+          const bool may = leads_ || step != PartStep::kCoded;
+          if (parts[part].bytes.empty() && !parts[part].taken && may) next = part;
         }
         if (done == count) return Turn{std::nullopt, done};
         if (next >= 0 && lives_-- == 0) return absl::CancelledError("lost");
@@ -65,6 +70,7 @@ class PartsInMemory {
     PartsInMemory* const all_;
     const bool leads_;
     int lives_;
+    const std::optional<PartStep> last_;
   };
 
   int made() const { return made_; }
@@ -104,8 +110,8 @@ class SharedRunTest : public ::testing::Test {
     if (!made.ok()) return made.status();
     return made->encoded.Concatenate();
   }
-  absl::StatusOr<std::vector<uint8_t>> Lead(int lives) {
-    PartsInMemory::Member member(&all_, /*leads=*/true, lives);
+  absl::StatusOr<std::vector<uint8_t>> Lead(int lives, std::optional<PartStep> last = {}) {
+    PartsInMemory::Member member(&all_, /*leads=*/true, lives, last);
     return Lead(&member);
   }
   absl::Status Help(int lives) {
@@ -135,6 +141,22 @@ TEST_F(SharedRunTest, AnyNumberMakesTheSameBytesThoughSomeBeLost) {
   EXPECT_EQ(all_.made(), made + 1) << "all that was left to it is the surface";
   all_.BytesOf(PartStep::kSurfels, 1).pop_back();
   EXPECT_TRUE(absl::IsDataLoss(Help(/*lives=*/1)));
+}
+
+TEST_F(SharedRunTest, ASurfaceIsMeasuredByThoseWhoHelp) {
+  options_.measure = true;
+  options_.max_level = 3;
+  const std::vector<uint8_t> alone = *Lead(nullptr);
+  EXPECT_TRUE(absl::IsCancelled(Lead(kForEver, PartStep::kMeasured).status()));
+  const int before = all_.made();
+  EXPECT_TRUE(Help(kForEver).ok());
+  EXPECT_GE(all_.count(PartStep::kMeasured), 2u) << "there is something to share";
+  const int made = all_.made();
+  EXPECT_EQ(made, before + static_cast<int>(all_.count(PartStep::kMeasured)));
+  EXPECT_EQ(*Lead(kForEver), alone);
+  EXPECT_EQ(all_.made(), made);
+  all_.BytesOf(PartStep::kMeasured, 0).pop_back();
+  EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
 }
 
 }  // namespace

@@ -146,6 +146,47 @@ TEST(MeasurePartsTest, ErrorsAreThoseOfTheWhole) {
   EXPECT_NEAR(parts.rms, whole.rms, 0.02 * whole.rms);
 }
 
+// As when others measure some of the parts: whichever they are, and whatever was known before.
+TEST(MeasurePartsTest, EachPartIsMeasuredByItself) {
+  const InParts in_parts(Rough(8));
+  const SurfaceParts surface = in_parts.Parts();
+  const SearchableShape points = PointsAround();
+  const MeasureOptions options{20000};
+  const RunContext context;
+  PagesInMemory pages(points.shape, 130);
+  const PartsError together = MeasureParts(surface, options, context, &pages).value();
+  std::vector<MeasuredPart> measured(static_cast<size_t>(surface.count));
+  for (int i = surface.count - 1; i >= 0; --i) {
+    const PagesInMemory untouched(points.shape, 130);
+    measured[i] = MeasurePart(surface, i, options, context, untouched).value();
+  }
+  pages.ForgetDistances();
+  for (MeasuredPart& part : measured) ASSERT_TRUE(TakeDistances(&part, &pages).ok());
+  const PartsError apart = SumOfParts(surface, measured, context, &pages).value();
+  EXPECT_EQ(apart.error.rms, together.error.rms);
+  EXPECT_EQ(apart.error.across_rms, together.error.across_rms);
+  EXPECT_EQ(apart.error.p95, together.error.p95);
+  EXPECT_EQ(apart.error.max, together.error.max);
+  EXPECT_EQ(apart.error.b_to_a.mean, together.error.b_to_a.mean);
+  EXPECT_EQ(apart.folds, together.folds);
+  EXPECT_EQ(apart.source_counts, together.source_counts);
+}
+
+TEST(MeasurePartsTest, DistancesOfOtherPagesAreRefused) {
+  const InParts in_parts(Rough(8));
+  const SearchableShape points = PointsAround();
+  PagesInMemory pages(points.shape, 130);
+  const auto measured = MeasurePart(in_parts.Parts(), 0, {20000}, RunContext(), pages);
+  for (const int fault : {0, 1, 2}) {
+    MeasuredPart wrong = *measured;
+    ASSERT_FALSE(wrong.pages.empty());
+    if (fault == 0) wrong.pages.back() = pages.count();
+    if (fault == 1) wrong.pages.front() = -1;
+    if (fault == 2) wrong.squared_of_points.pop_back();
+    EXPECT_EQ(TakeDistances(&wrong, &pages).code(), absl::StatusCode::kDataLoss);
+  }
+}
+
 // All points on one side: what lies elsewhere finds them beyond the parts around it.
 TEST(MeasurePartsTest, WhatHasNoPointsNearByFindsThoseFarOff) {
   DisplacedSurface surface = Rough(8);
@@ -184,20 +225,21 @@ TEST(MeasurePartsTest, PointsAloneAskTheNearestPart) {
   EXPECT_NEAR(parts.max, whole.max, 1e-12);
 }
 
-TEST(AreaSamplerTest, SlicesRunOnOverThePieces) {
-  const Shape left = SquareShape(0, 10);
-  Shape right = SquareShape(0, 7);
-  right.vertices.row(0).array() += 1;
-  AreaSampler sampler(2.0 / 5000, 1);
+TEST(SamplePieceTest, PiecesGetWhatTheirAreaIsWorth) {
+  const Shape square = SquareShape(0, 10);
   std::vector<int> faces;
-  const Eigen::Matrix3Xd first = sampler.Next(left.vertices, left.triangles, &faces);
-  EXPECT_NEAR(static_cast<double>(first.cols()), 2500, 1);
-  const Eigen::Matrix3Xd second = sampler.Next(right.vertices, right.triangles, &faces);
-  EXPECT_NEAR(static_cast<double>(first.cols() + second.cols()), 5000, 1);
-  EXPECT_EQ(static_cast<Eigen::Index>(faces.size()), second.cols());
-  EXPECT_GE(second.row(0).minCoeff(), 1);
-  EXPECT_NEAR(second.row(0).mean(), 1.5, 0.01);
-  EXPECT_NEAR(second.row(1).mean(), 0.5, 0.01);
+  const Eigen::Matrix3Xd even =
+      SamplePiece(square.vertices, square.triangles, 1.0 / 2500, 1, &faces);
+  EXPECT_NEAR(static_cast<double>(even.cols()), 2500, 1);
+  EXPECT_EQ(static_cast<Eigen::Index>(faces.size()), even.cols());
+  EXPECT_NEAR(even.row(0).mean(), 0.5, 0.01);
+  EXPECT_NEAR(even.row(1).mean(), 0.5, 0.01);
+  // Pieces smaller than a slice get as many together.
+  Eigen::Index count = 0;
+  for (uint64_t seed = 0; seed < 10000; ++seed) {
+    count += SamplePiece(square.vertices, square.triangles, 4, seed, &faces).cols();
+  }
+  EXPECT_NEAR(static_cast<double>(count), 2500, 150);
 }
 
 }  // namespace

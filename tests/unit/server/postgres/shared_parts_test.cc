@@ -219,6 +219,9 @@ TEST_F(SharedPartsTest, NobodyHelpsToPutThemTogether) {
   ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoded, 1)->claim);
   ASSERT_TRUE(store_->ReleaseParts("`", "leader").ok());
   EXPECT_THAT(ToHelp("helper"), IsEmpty());
+  EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoded, 1)->claim);
+  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kMeasured, 2)->claim);
+  EXPECT_THAT(ToHelp("another"), ElementsAre("`"));
 }
 
 TEST_F(SharedPartsTest, ADamagedOneIsDoneAgain) {
