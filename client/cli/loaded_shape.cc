@@ -9,8 +9,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/exit_code.h"
+#include "client/formats/chosen_classes.h"
 #include "client/formats/file_kind.h"
-#include "client/formats/keep_classes.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/open_input.h"
 #include "client/formats/trajectory.h"
@@ -45,9 +45,9 @@ class CountingSink : public PointSink {
  public:
   explicit CountingSink(PointSink* sink) : sink_(*sink) {}
   absl::Status Expect(uint64_t points) override { return sink_.Expect(points); }
-  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
+  absl::Status Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
     count_ += points.cols();
-    sink_.Take(points);
+    return sink_.Take(points);
   }
   int64_t count() const { return count_; }
 
@@ -62,7 +62,7 @@ absl::StatusOr<ScanFile> ReadMeshVertices(std::istream& in, const std::string& n
   RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(in, name));
   ScanFile scan;
   if (wanted.sink != nullptr) {
-    wanted.sink->Take(file.mesh.vertices);
+    RILIEVO_RETURN_IF_ERROR(wanted.sink->Take(file.mesh.vertices));
   } else {
     scan.cloud.points = std::move(file.mesh.vertices);
   }
@@ -189,7 +189,7 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, is_mesh ? ReadMeshVertices(input.stream(), name, wanted)
                                                     : ReadScanStream(input.stream(), name, wanted));
     if (is_mesh && !wanted.classes.empty()) {
-      RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
+      RILIEVO_RETURN_IF_ERROR(TellChosen(wanted.classes, &scan));
     }
     if (scan.faces == 0 || arguments.points_only) return scan;
     return absl::InvalidArgumentError(

@@ -28,16 +28,14 @@
 namespace rilievo {
 namespace {
 
-// Goes on without a word after an error of a point, which is told at the end.
 class PagingSink : public PointSink {
  public:
   explicit PagingSink(ScanPager* pager) : pager_(*pager) {}
   absl::Status Expect(uint64_t points) override {
-    if (status_.ok()) status_ = pager_.Expect(static_cast<int64_t>(points));
-    return status_;
+    return status_ = pager_.Expect(static_cast<int64_t>(points));
   }
-  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
-    if (status_.ok()) status_ = pager_.Add(points);
+  absl::Status Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
+    return status_ = pager_.Add(points);
   }
   const absl::Status& status() const { return status_; }
 

@@ -40,13 +40,20 @@ class EnoughPoints : public PointSink {
 
   absl::Status Expect(uint64_t points) override {
     expected_ += static_cast<int64_t>(std::min<uint64_t>(points, uint64_t{kMostPoints}));
-    if (stop_.stop_requested()) return absl::CancelledError("cancelled");
-    return count() > enough_ ? absl::AbortedError("enough") : absl::OkStatus();
+    return Enough();
   }
-  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override { taken_ += points.cols(); }
+  absl::Status Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
+    taken_ += points.cols();
+    return Enough();
+  }
   int64_t count() const { return std::max(expected_, taken_); }
 
  private:
+  absl::Status Enough() const {
+    if (stop_.stop_requested()) return absl::CancelledError("cancelled");
+    return count() > enough_ ? absl::AbortedError("enough") : absl::OkStatus();
+  }
+
   int64_t enough_;
   std::stop_token stop_;
   int64_t expected_ = 0, taken_ = 0;

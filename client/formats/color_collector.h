@@ -28,6 +28,7 @@ class ColorCollector {
     if (std::isnan(channels[0] + channels[1] + channels[2])) {
       unknown_.push_back(count());
     }
+    See(channels);
     if (kind_ == Kind::kBytes) {
       bytes_.push_back({Clamped(channels[0]), Clamped(channels[1]), Clamped(channels[2])});
       return;
@@ -35,6 +36,13 @@ class ColorCollector {
     std::array<float, 3>& color = wide_.emplace_back();
     for (size_t channel = 0; channel < 3; ++channel) {
       color[channel] = static_cast<float>(channels[channel]);
+    }
+  }
+
+  // Of a point that is left out: it tells what channels the file has.
+  void See(const double* channels) {
+    if (kind_ == Kind::kBytes) return;
+    for (size_t channel = 0; channel < 3; ++channel) {
       whole_ &= channels[channel] >= 0 && channels[channel] == std::floor(channels[channel]);
       if (std::isfinite(channels[channel])) largest_ = std::max(largest_, channels[channel]);
     }

@@ -81,7 +81,7 @@ class E57Reader {
       if (scans_[i].record_count == 0) continue;
       RILIEVO_RETURN_IF_ERROR(ReadRecords(scans_[i], std::move(sections[section++])));
     }
-    if (points_.count() == 0) {
+    if (points_.offered() == 0) {
       return absl::InvalidArgumentError(
           absl::StrCat("E57: all ", invalid_, " points are marked as invalid"));
     }
@@ -89,18 +89,18 @@ class E57Reader {
   }
 
  private:
-  // The fields that are read of a scan, in the order of their values: place, state, intensity,
-  // colour and its state, class, normal; all but the first only where the scan has them and they
-  // are wanted.
+  // The fields that are read of a scan, in the order of their values: place, state, class,
+  // intensity, colour and its state, normal; all but the first only where the scan has them and
+  // they are wanted.
   std::vector<int> WantedFields(const ScanDescription& scan) const {
     std::vector<int> fields(scan.place.begin(), scan.place.end());
     if (scan.invalid_state >= 0) fields.push_back(scan.invalid_state);
+    if (HasClasses(scan)) fields.push_back(scan.classification);
     if (HasIntensity(scan)) fields.push_back(scan.intensity);
     if (HasColors(scan)) {
       fields.insert(fields.end(), scan.color.begin(), scan.color.end());
       if (scan.color_invalid >= 0) fields.push_back(scan.color_invalid);
     }
-    if (HasClasses(scan)) fields.push_back(scan.classification);
     if (HasNormals(scan)) fields.insert(fields.end(), scan.normal.begin(), scan.normal.end());
     return fields;
   }
@@ -151,6 +151,7 @@ class E57Reader {
       RILIEVO_ASSIGN_OR_RETURN(const size_t count, section.Next(kBlock, &values));
       if (count == 0) return absl::OkStatus();
       for (size_t i = 0; i < count; ++i) AddRecord(scan, values, i);
+      RILIEVO_RETURN_IF_ERROR(points_.status());
     }
   }
 
@@ -162,6 +163,7 @@ class E57Reader {
       ++invalid_;
       return;
     }
+    if (HasClasses(scan) && !points_.Chooses(values[next++][i])) return;
     Eigen::Vector3d point(values[0][i], values[1][i], values[2][i]);
     if (scan.spherical) point = FromSpherical(point);
     if (scan.has_pose) point = scan.rotation * point + scan.translation;
@@ -174,7 +176,6 @@ class E57Reader {
       if (scan.color_invalid >= 0 && values[next++][i] != 0) color.fill(std::nan(""));
       sights_.AddColor(color.data());
     }
-    if (HasClasses(scan)) points_.AddClass(values[next++][i]);
     if (!any_normals_) return;
     Eigen::Vector3d normal = UnknownPlace();
     if (HasNormals(scan)) {
@@ -212,7 +213,7 @@ class E57Reader {
     scan.cloud.sights = sights_.Finish(points_.count());
     scan.layers.intensity = sights_.FinishIntensity(points_.count());
     scan.cloud.points = points_.Finish();
-    scan.classes = points_.TakeClasses();
+    scan.class_counts = points_.class_counts();
     scan.place.metres_per_unit = 1;
     scan.place.crs = crs_;
     return scan;
@@ -222,7 +223,7 @@ class E57Reader {
   const std::vector<ScanDescription> scans_;
   const std::string crs_;
   const WantedLayers wanted_;
-  PointCollector points_{wanted_.sink};
+  PointCollector points_{wanted_};
   SightCollector sights_;
   uint64_t invalid_ = 0;
   bool any_normals_ = false;  // of some scan, and wanted

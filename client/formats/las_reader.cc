@@ -58,11 +58,12 @@ class LasReader {
     return header_.compressed ? ReadCompressed(source) : ReadPlain(source);
   }
 
-  int64_t count() const { return points_.count(); }
+  bool has_points() const { return points_.offered() > 0; }
 
-  // INVALID_ARGUMENT where no point has a time of the trajectory.
+  // INVALID_ARGUMENT where there are points, and none has a time of the trajectory.
   absl::Status CheckTimes() const {
-    if (wanted_.trajectory == nullptr || has_stations_) return absl::OkStatus();
+    if (wanted_.trajectory == nullptr || has_stations_ || points_.count() == 0)
+      return absl::OkStatus();
     const auto span = [](double first, double last) {
       std::string text = "from ";
       AppendNumber(first, &text);
@@ -90,7 +91,7 @@ class LasReader {
     scan.place.up = UpDirection::kZ;  // LAS 1.4 R15: Z is the elevation
     scan.place.crs = std::move(records_.crs);
     scan.layers.intensity = std::move(intensity_);
-    scan.classes = points_.TakeClasses();
+    scan.class_counts = points_.class_counts();
     if (largest_channel_ == 0) return scan;  // black is what programs write that have no colours
     // 16 bits a channel, but many programs write 8.
     const int shift = largest_channel_ > 255 ? 8 : 0;
@@ -105,21 +106,17 @@ class LasReader {
   }
 
  private:
-  // How many of the returns are the last of their pulses is not known.
-  absl::Status ReserveAll() {
-    return points_.Reserve(wanted_.last_returns ? 0 : header_.point_count);
-  }
-
   absl::Status ReadPlain(ByteSource* source) {
     if (source->remaining()) {
       const uint64_t held = *source->remaining() / header_.record_size;
       if (header_.point_count > held) return CutOff(held);
-      RILIEVO_RETURN_IF_ERROR(ReserveAll());
+      RILIEVO_RETURN_IF_ERROR(points_.Reserve(header_.point_count));
     }
     for (uint64_t i = 0; i < header_.point_count; ++i) {
       const char* record = source->Take(header_.record_size);
       if (record == nullptr) return CutOff(i);
       AddRecord(record);
+      RILIEVO_RETURN_IF_ERROR(points_.status());
     }
     return absl::OkStatus();
   }
@@ -129,12 +126,13 @@ class LasReader {
                              laz::LazRecords::Open(source, header_, records_.laszip, wanted_));
     // Two bytes for a point are little already, what needs less grows as it comes.
     if (source->remaining() && header_.point_count <= *source->remaining() / 2) {
-      RILIEVO_RETURN_IF_ERROR(ReserveAll());
+      RILIEVO_RETURN_IF_ERROR(points_.Reserve(header_.point_count));
     }
     for (uint64_t i = 0; i < header_.point_count; ++i) {
       const char* record = records->Next();
       if (record == nullptr) return records->status();
       AddRecord(record);
+      RILIEVO_RETURN_IF_ERROR(points_.status());
     }
     return records->CheckEnd();
   }
@@ -154,6 +152,12 @@ class LasReader {
       ++passed_;
       return;
     }
+    std::array<uint16_t, 3> color{};
+    for (size_t channel = 0; color_offset_ > 0 && channel < 3; ++channel) {
+      color[channel] = LoadAs<uint16_t>(record + color_offset_ + 2 * channel, kSwap);
+      largest_channel_ = std::max(largest_channel_, color[channel]);
+    }
+    if (!points_.Chooses(ClassOf(record, header_.point_format))) return;
     std::array<double, 3> point;
     for (int axis = 0; axis < 3; ++axis) {
       const auto value = LoadAs<int32_t>(record + 4 * axis, kSwap);
@@ -161,15 +165,8 @@ class LasReader {
     }
     points_.Add(point[0], point[1], point[2]);
     if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
-    if (!wanted_.classes.empty()) points_.AddClass(ClassOf(record, header_.point_format));
     if (wanted_.trajectory != nullptr) AddStation(record);
-    if (color_offset_ == 0) return;
-    std::array<uint16_t, 3> color;
-    for (size_t channel = 0; channel < 3; ++channel) {
-      color[channel] = LoadAs<uint16_t>(record + color_offset_ + 2 * channel, kSwap);
-      largest_channel_ = std::max(largest_channel_, color[channel]);
-    }
-    colors_.push_back(color);
+    if (color_offset_ > 0) colors_.push_back(color);
   }
 
   void AddStation(const char* record) {
@@ -185,7 +182,7 @@ class LasReader {
   const WantedLayers wanted_;
   const size_t color_offset_;
   LasVariableRecords records_;
-  PointCollector points_{wanted_.sink};
+  PointCollector points_{wanted_};
   std::vector<float> intensity_;
   std::vector<std::array<uint16_t, 3>> colors_;
   uint16_t largest_channel_ = 0;
@@ -207,7 +204,7 @@ absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wante
   }
   LasReader reader(header, wanted);
   RILIEVO_RETURN_IF_ERROR(reader.Read(&source));
-  if (reader.count() == 0) {
+  if (!reader.has_points()) {
     return absl::InvalidArgumentError(
         absl::StrCat("LAS: all ", header.point_count, " points are marked as withheld",
                      wanted.last_returns ? ", or are returns before the last" : ""));

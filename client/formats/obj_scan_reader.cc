@@ -13,14 +13,14 @@ namespace rilievo {
 
 absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
-  PointCollector points(wanted.sink);
+  PointCollector points(wanted);
   SightCollector sights(wanted);
   uint64_t faces = 0;
   ObjVisitor visitor;
   visitor.vertex = [&](const Eigen::Vector3d& p, std::string_view words) {
     points.Add(p.x(), p.y(), p.z());
     if (const auto color = ParseObjColor(words)) sights.AddColor(color->data());
-    return absl::OkStatus();
+    return points.status();
   };
   visitor.face = [&](std::string_view) {
     ++faces;

@@ -232,8 +232,7 @@ absl::Status Truncated(const PcdHeader& header, uint64_t read) {
 
 // The points so far, with what is read of them besides.
 struct PcdPoints {
-  PcdPoints(const PcdHeader& header, const WantedLayers& wanted)
-      : points(wanted.sink), sights(wanted) {
+  PcdPoints(const PcdHeader& header, const WantedLayers& wanted) : points(wanted), sights(wanted) {
     const int red = header.sights.color_column(header.columns);
     sights.set_color_kind(red < 0 ? ColorCollector::Kind::kBytes
                                   : ColorCollector::KindOf(header.fields[red].type));
@@ -241,8 +240,7 @@ struct PcdPoints {
 
   // `values`: of the header's columns.
   void Add(const PcdHeader& header, const std::vector<double>& values) {
-    points.Add(values[0], values[1], values[2]);
-    header.sights.Take(values.data(), &points, &sights);
+    if (!header.sights.Take(values.data(), &points, &sights)) return;
     if (!header.sights.has_sensor()) sights.AddStation(header.viewpoint);
     if (header.packed_color_at == 0) return;
     sights.AddColor(UnpackedColor(values[header.packed_color_at], header.color_is_float).data());
@@ -286,6 +284,7 @@ absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PcdPoints* p
       return line_error(column, " values, the fields need ", header.point_values);
     }
     points->Add(header, point);
+    RILIEVO_RETURN_IF_ERROR(points->points.status());
     ++read;
   }
   return absl::OkStatus();
@@ -311,6 +310,7 @@ absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PcdPoints* 
       }
       points->Add(header, point);
     }
+    RILIEVO_RETURN_IF_ERROR(points->points.status());
     read += rows;
   }
   return absl::OkStatus();
@@ -343,6 +343,7 @@ absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoin
       point[place] = LoadScalar(plane + i * field.bytes(), field.type, kSwap);
     }
     points->Add(header, point);
+    RILIEVO_RETURN_IF_ERROR(points->points.status());
   }
   return absl::OkStatus();
 }
@@ -361,7 +362,7 @@ absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wante
   scan.cloud.sights = points.sights.Finish(points.points.count());
   scan.layers.intensity = points.sights.FinishIntensity(points.points.count());
   scan.cloud.points = points.points.Finish();
-  scan.classes = points.points.TakeClasses();
+  scan.class_counts = points.points.class_counts();
   return scan;
 }
 

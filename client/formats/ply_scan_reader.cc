@@ -50,7 +50,7 @@ class VertexColumns {
 
   void Take(const double* values, PlyStations* stations, PointCollector* points,
             SightCollector* sights) const {
-    sight_columns_.Take(values, points, sights);
+    if (!sight_columns_.Take(values, points, sights)) return;
     if (station_at_ > 0) stations->AddVertex(values[station_at_]);
   }
 
@@ -69,7 +69,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   const PlyElement& element = header.elements[vertex.element_index];
   PlyStations stations(header, wanted);
   SightCollector sights(wanted);
-  PointCollector points(wanted.sink);
+  PointCollector points(wanted);
   const VertexColumns columns(element, vertex.position, wanted, stations, &sights);
   ScanFile scan;
   const auto read_vertices = [&]() -> absl::Status {
@@ -78,8 +78,8 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
     PlyElementReader reader(&source, header, element, columns.scalars(), -1);
     for (uint64_t i = 0; i < element.count; ++i) {
       RILIEVO_RETURN_IF_ERROR(reader.Next());
-      points.Add(reader.scalars()[0], reader.scalars()[1], reader.scalars()[2]);
       columns.Take(reader.scalars(), &stations, &points, &sights);
+      RILIEVO_RETURN_IF_ERROR(points.status());
     }
     return absl::OkStatus();
   };
@@ -97,7 +97,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   scan.cloud.sights = sights.Finish(points.count());
   scan.layers.intensity = sights.FinishIntensity(points.count());
   scan.cloud.points = points.Finish();
-  scan.classes = points.TakeClasses();
+  scan.class_counts = points.class_counts();
   scan.format = absl::StrCat("PLY ", PlyFormatName(header.format));
   for (const PlyElement& other : header.elements) {
     if (other.name == "face" || other.name == "tristrips") scan.faces += other.count;

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -18,12 +17,11 @@ class Trajectory;
 class PointSink {
  public:
   virtual ~PointSink() = default;
-  // So many more are to come, where the file tells. Reading ends with this error.
+  // So many more are to come, where the file tells; 0 where some are chosen among them. Reading
+  // ends with this error.
   virtual absl::Status Expect(uint64_t points) = 0;
-  // Those of the points that Take() is given next, one each, where classes are wanted and there.
-  virtual void TakeClasses(std::span<const uint8_t> /*classes*/) {}
-  // Column = point, as in the file.
-  virtual void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) = 0;
+  // Column = point, as in the file. Reading ends with this error, but for the last points.
+  virtual absl::Status Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) = 0;
 };
 
 // Which of them are wanted; each costs memory.

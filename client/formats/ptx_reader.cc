@@ -181,12 +181,12 @@ class PtxReader {
     sights_.AddStation(station_);
     if (wanted_.intensity && *count >= 4) intensity_.push_back(static_cast<float>(values[3]));
     if (*count == 7) sights_.AddColor(&values[4]);
-    return absl::OkStatus();
+    return points_.status();
   }
 
   ByteSource& source_;
   const WantedLayers wanted_;
-  PointCollector points_{wanted_.sink};
+  PointCollector points_{wanted_};
   SightCollector sights_;
   std::vector<float> intensity_;
   Eigen::Matrix3d rotation_;  // scan = rotation * local + translation

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "client/formats/chosen_classes.h"
 #include "client/formats/file_kind.h"
-#include "client/formats/keep_classes.h"
 #include "client/formats/open_input.h"
 #include "core/base/status_macros.h"
 
@@ -53,16 +53,8 @@ absl::StatusOr<ScanFile> ReadAnyScan(std::istream& in, const std::string& name,
 
 absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
                                         const WantedLayers& wanted) {
-  if (wanted.classes.empty() || wanted.sink == nullptr) {
-    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, wanted));
-    if (!wanted.classes.empty()) RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
-    return scan;
-  }
-  ClassSink chosen(wanted.classes, wanted.sink);
-  WantedLayers through = wanted;
-  through.sink = &chosen;
-  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, through));
-  RILIEVO_RETURN_IF_ERROR(chosen.Finish(&scan));
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, wanted));
+  if (!wanted.classes.empty()) RILIEVO_RETURN_IF_ERROR(TellChosen(wanted.classes, &scan));
   return scan;
 }
 

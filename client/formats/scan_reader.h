@@ -19,7 +19,9 @@ struct ScanFile {
   PointLayers layers = {};  // intensity where wanted
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
   ScanPlace place = {};     // what the format says of it: E57 the unit, LAS and LAZ up and CRS
-  std::vector<uint8_t> classes = {};  // of the points, until ReadScanStream() has chosen
+  // By class, of all points of the file, where some were chosen by their classes; empty where not
+  // each had one, and once ReadScanStream() has told.
+  std::vector<int64_t> class_counts = {};
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header

@@ -38,6 +38,10 @@ class SightCollector {
   void AddColor(const double* channels) {
     if (wanted_.colors) colors_.Add(channels);
   }
+  // Of a point that is left out.
+  void SeeColor(const double* channels) {
+    if (wanted_.colors) colors_.See(channels);
+  }
   void set_color_kind(ColorCollector::Kind kind) { colors_.set_kind(kind); }
   // For columns that nothing calls colours.
   void KeepCertainColors() {
@@ -151,13 +155,19 @@ class SightColumns {
 
   bool has_sensor() const { return sensor_at_ > 0; }
 
-  // Of the point that was added to `points` last. `values`: of all columns.
-  void Take(const double* values, PointCollector* points, SightCollector* sights) const {
+  // Adds the point, unless its class is not wanted: false then. `values`: of all columns, x, y and
+  // z first.
+  bool Take(const double* values, PointCollector* points, SightCollector* sights) const {
+    if (class_at_ > 0 && !points->Chooses(values[class_at_])) {
+      if (color_at_ > 0) sights->SeeColor(values + color_at_);
+      return false;
+    }
+    points->Add(values[0], values[1], values[2]);
     if (normal_at_ > 0) sights->AddNormal(Eigen::Map<const Eigen::Vector3d>(values + normal_at_));
     if (sensor_at_ > 0) sights->AddStation(Eigen::Map<const Eigen::Vector3d>(values + sensor_at_));
     if (color_at_ > 0) sights->AddColor(values + color_at_);
     if (intensity_at_ > 0) sights->AddIntensity(values[intensity_at_]);
-    if (class_at_ > 0) points->AddClass(values[class_at_]);
+    return true;
   }
 
  private:

@@ -36,14 +36,14 @@ class XyzReader {
       RILIEVO_RETURN_IF_ERROR(TakeLine(line));
     }
     if (block_left_.value_or(0) > 0) return Truncated();
-    if (points_.count() == 0) return absl::InvalidArgumentError("points: the file holds none");
+    if (points_.offered() == 0) return absl::InvalidArgumentError("points: the file holds none");
     ScanFile scan;
     scan.format = axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_);
     if (colors_are_guessed_) sights_.KeepCertainColors();
     scan.cloud.sights = sights_.Finish(points_.count());
-    scan.layers.intensity = sights_.FinishIntensity(points_.count());
+    if (!intensity_was_no_number_) scan.layers.intensity = sights_.FinishIntensity(points_.count());
     scan.cloud.points = points_.Finish();
-    scan.classes = points_.TakeClasses();
+    scan.class_counts = points_.class_counts();
     return scan;
   }
 
@@ -68,7 +68,7 @@ class XyzReader {
     }
     if (!seen_data_ && !HasNumber(line)) return TakeHeading(line);
     const bool block_open = block_left_.value_or(0) > 0;
-    const bool may_count = block_left_ ? !block_open : points_.count() == 0;
+    const bool may_count = block_left_ ? !block_open : points_.offered() == 0;
     if (may_count) {
       std::string_view rest = line;
       const TextField only = NextField(&rest);
@@ -110,7 +110,7 @@ class XyzReader {
   // A heading may be a comment, "//X Y Z R G B". So may be a sentence with the same words: the
   // first point tells, by the number of its columns.
   void TakeComment(std::string_view text) {
-    if (seen_heading_ || points_.count() > 0) return;
+    if (seen_heading_ || points_.offered() > 0) return;
     if (const auto heading = ParseXyzHeading(text)) commented_heading_ = heading;
   }
 
@@ -160,7 +160,8 @@ class XyzReader {
   }
 
   // Without a heading three columns behind x y z, or behind x y z and the intensity as in PTS, may
-  // be colours: their numbers tell. What begins with a count is PTS.
+  // be colours: their numbers tell, and where a word stands there they are none. What begins with
+  // a count is PTS.
   void GuessColumns(std::string_view line) {
     if (!axis_names_.empty()) return;
     const auto columns = static_cast<int>(CountFields(line).filled);
@@ -182,16 +183,18 @@ class XyzReader {
                          kAxes[place], " belongs; give every point its three coordinates");
       }
       if (text.empty()) continue;
-      if (const absl::Status status = ParseNumber(text, &values_[place]); !status.ok()) {
-        return LineError(status.message());
-      }
+      const absl::Status status = ParseNumber(text, &values_[place]);
+      if (status.ok()) continue;
+      if (place < 3 || !axis_names_.empty()) return LineError(status.message());
+      intensity_was_no_number_ |= column == 3;
+      values_[place] = std::numeric_limits<double>::quiet_NaN();
     }
     return absl::OkStatus();
   }
 
   absl::Status TakePoint(std::string_view line) {
     if (commented_heading_) FollowComment(line);
-    if (points_.count() == 0) GuessColumns(line);
+    if (points_.offered() == 0) GuessColumns(line);
     // What a line lacks is not known.
     values_.assign(columns_.size(), std::numeric_limits<double>::quiet_NaN());
     const int last_column = *std::max_element(columns_.begin(), columns_.end());
@@ -212,14 +215,13 @@ class XyzReader {
       if (!source_.line_was_ended() && block_left_) return Truncated();
       return LineError(column, " values, ", columns_needed_, " needed for x, y and z");
     }
-    points_.Add(values_[0], values_[1], values_[2]);
     sight_columns_.Take(values_.data(), &points_, &sights_);
-    return absl::OkStatus();
+    return points_.status();
   }
 
   ByteSource& source_;
   const WantedLayers wanted_;
-  PointCollector points_{wanted_.sink};
+  PointCollector points_{wanted_};
   SightCollector sights_;
   SightColumns sight_columns_;
   std::vector<double> values_;                   // of the point at hand, by place in columns_
@@ -229,6 +231,7 @@ class XyzReader {
   std::vector<int> columns_ = {0, 1, 2};         // x, y, z, then sights
   int columns_needed_ = 3;
   bool seen_heading_ = false, seen_data_ = false, colors_are_guessed_ = false;
+  bool intensity_was_no_number_ = false;  // of some point, in a column that has no name
 };
 
 }  // namespace

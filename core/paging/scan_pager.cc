@@ -286,7 +286,7 @@ absl::StatusOr<std::vector<int64_t>> ScanPager::SortRuns(const SpatialFrame& fra
 }
 
 absl::StatusOr<PagedScan> ScanPager::Finish(const RunContext& context) {
-  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder_, kBytesOfPoint * finite_));
+  RILIEVO_RETURN_IF_ERROR(Expect(std::max<int64_t>(0, finite_ - expected_)));
   RILIEVO_ASSIGN_OR_RETURN(const SpatialFrame frame, FrameOf(context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int64_t> counts, SortRuns(frame, context));
   RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder_, "pages"));

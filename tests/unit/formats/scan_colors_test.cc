@@ -1,4 +1,4 @@
-// The colours, classes and intensities of a scan, whatever its format.
+// The colours and intensities of a scan, whatever its format.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -247,105 +247,6 @@ TEST(ScanColorsTest, ObjVerticesMayHaveAWeightOrAComment) {
   EXPECT_TRUE(ColorsOf("v 0 0 0 # the first\nv 1 0 0 1\n", "a.obj").empty());
 }
 
-// ---- classes
-
-// `byte_of`: what the byte at `at` of each point is.
-template <typename ByteOf>
-std::string ChangedLas(int format, size_t at, const ByteOf& byte_of) {
-  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
-  const int minor = format < 6 ? 2 : 4;
-  std::string file = LasFile(points, {.minor = minor, .point_format = format});
-  const size_t size = format < 6 ? 20 : 30;
-  const size_t begin = file.size() - size * kPoints;
-  for (int i = 0; i < kPoints; ++i) {
-    file[begin + size * static_cast<size_t>(i) + at] = static_cast<char>(byte_of(i));
-  }
-  return file;
-}
-
-std::string ClassedLas(int format) {
-  return ChangedLas(format, format < 6 ? 15 : 16, [](int i) {
-    return i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
-  });
-}
-
-struct CollectedPoints : PointSink {
-  absl::Status Expect(uint64_t /*count*/) override { return absl::OkStatus(); }
-  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& block) override {
-    points.conservativeResize(3, points.cols() + block.cols());
-    points.rightCols(block.cols()) = block;
-  }
-  Eigen::Matrix3Xd points{3, 0};
-};
-
-TEST(ScanClassesTest, OnlyPointsOfThemAreRead) {
-  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
-  std::string csv = "x,y,z,classification,r,g,b,intensity\n";
-  std::string ply = PlyHeaderText("ascii", absl::StrCat(kPoints),
-                                  "property float x\nproperty float y\nproperty float z\n"
-                                  "property float scalar_Classification\n");
-  for (int i = 0; i < kPoints; ++i) {
-    const int number = i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
-    absl::StrAppend(&csv, points(0, i), ",", points(1, i), ",", points(2, i), ",", number, ",", i,
-                    ",0,0,", 256 * i, "\n");
-    absl::StrAppend(&ply, points(0, i), " ", points(1, i), " ", points(2, i), " ", number, "\n");
-  }
-  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
-           {"a.las", ClassedLas(0)}, {"b.las", ClassedLas(6)}, {"c.csv", csv}, {"d.ply", ply}}) {
-    std::istringstream in(bytes);
-    const auto scan =
-        ReadScanStream(in, name, {.intensity = true, .colors = true, .classes = {2, 6}});
-    ASSERT_TRUE(scan.ok()) << name << ": " << scan.status();
-    ASSERT_EQ(scan->cloud.points.cols(), 40) << name;
-    EXPECT_NEAR((scan->cloud.points.col(1) - points.col(2)).norm(), 0, 1e-5) << name;
-    if (name == "c.csv") {
-      EXPECT_EQ(scan->cloud.sights.colors[1], (Rgb{2, 0, 0}));
-    }
-    if (!scan->layers.intensity.empty()) {
-      EXPECT_EQ(scan->layers.intensity[1], 512);
-    }
-    EXPECT_EQ(scan->layers.intensity.empty(), name == "d.ply");
-
-    CollectedPoints sink;
-    std::istringstream again(bytes);
-    const auto passed = ReadScanStream(again, name, {.classes = {2, 6}, .sink = &sink});
-    ASSERT_TRUE(passed.ok()) << name << ": " << passed.status();
-    EXPECT_EQ(sink.points, scan->cloud.points) << name;
-    EXPECT_EQ(passed->format, scan->format);
-  }
-}
-
-TEST(ScanClassesTest, WithoutThemTheErrorSaysWhatThereIs) {
-  std::istringstream las(ClassedLas(0)), xyz(Lines(Words));
-  EXPECT_THAT(ReadScanStream(las, "a.las", {.classes = {9}}).status().message(),
-              ::testing::HasSubstr("there are 2 (20 points), 5 (20 points), 6 (20 points)"));
-  const auto none = ReadScanStream(xyz, "a.xyz", {.classes = {2}}).status();
-  EXPECT_TRUE(absl::IsInvalidArgument(none));
-  EXPECT_THAT(none.message(), ::testing::HasSubstr("does not give each point a class"));
-  CollectedPoints sink;
-  std::istringstream las_again(ClassedLas(6)), xyz_again(Lines(Words));
-  EXPECT_THAT(
-      ReadScanStream(las_again, "a.las", {.classes = {9}, .sink = &sink}).status().message(),
-      ::testing::HasSubstr("there are 2 (20 points), 5 (20 points), 6 (20 points)"));
-  EXPECT_EQ(ReadScanStream(xyz_again, "a.xyz", {.classes = {2}, .sink = &sink}).status(), none);
-  EXPECT_EQ(sink.points.cols(), 0);
-}
-
-// ---- returns
-
-TEST(ScanReturnsTest, OnlyTheLastOfAPulseAreRead) {
-  for (const int format : {0, 6}) {
-    const int bits = format < 6 ? 3 : 4;
-    const auto returns = [&](int i) { return i == 0 ? 0 : (i % 3 + 1) | 3 << bits; };
-    std::istringstream in(ChangedLas(format, 14, returns));
-    const auto scan = ReadScanStream(in, "a.las", {.last_returns = true});
-    ASSERT_TRUE(scan.ok()) << scan.status();
-    ASSERT_EQ(scan->cloud.points.cols(), 21);  // one has no numbers
-    EXPECT_NEAR((scan->cloud.points.col(1) - SpherePoints(kPoints).col(2)).norm(), 0, 1e-5);
-    EXPECT_THAT(scan->format, ::testing::HasSubstr("without 39 returns before the last"));
-  }
-}
-
 // ---- intensity
 
 std::vector<float> IntensityOf(const std::string& bytes, const std::string& name) {
@@ -364,6 +265,26 @@ TEST(ScanIntensityTest, ItsColumnIsNamedOrTheFourthOfPts) {
                         "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n0 0 0 7\n1 0 0 9\n",
                         "a.pcd"),
             expected);
+}
+
+// Columns that have no names are passed over where they hold something else.
+TEST(ScanIntensityTest, WordsInAFourthColumnAreNone) {
+  for (const char* text : {"2\n0 0 0 wall\n1 0 0 9\n", "2\n0 0 0 7\n1 0 0 -\n"}) {
+    std::istringstream in(text);
+    const auto scan = ReadScanStream(in, "a.pts", {.intensity = true});
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(scan->cloud.points.cols(), 2);
+    EXPECT_TRUE(scan->layers.intensity.empty()) << text;
+  }
+  std::istringstream in("2\n0 0 0 wall 1 2 3\n1 0 0 door 4 5 6\n");
+  const auto scan = ReadScanStream(in, "a.pts", {.intensity = true, .colors = true});
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->cloud.sights.colors, (std::vector<Rgb>{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_TRUE(scan->layers.intensity.empty());
+  EXPECT_TRUE(ColorsOf("0 0 0 1 2 3\n1 0 0 4 5 n/a\n", "a.xyz").empty());
+  std::istringstream named("x y z intensity\n0 0 0 wall\n");
+  EXPECT_TRUE(
+      absl::IsInvalidArgument(ReadScanStream(named, "a.xyz", {.intensity = true}).status()));
 }
 
 TEST(ScanIntensityTest, BecomesAGreyBetweenItsHundredths) {

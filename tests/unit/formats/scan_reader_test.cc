@@ -60,7 +60,10 @@ class CountedSink : public PointSink {
     expected_ += static_cast<int64_t>(points);
     return has_room_ ? absl::OkStatus() : absl::ResourceExhaustedError("no room");
   }
-  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override { taken_ += points.cols(); }
+  absl::Status Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
+    taken_ += points.cols();
+    return has_room_ ? absl::OkStatus() : absl::ResourceExhaustedError("no room");
+  }
   int64_t expected() const { return expected_; }
   int64_t taken() const { return taken_; }
 
@@ -83,6 +86,29 @@ TEST_P(ValidScanTest, ASinkKnowsBeforeWhereTheFileTells) {
   EXPECT_EQ(ample.expected(), GetParam().points);
   EXPECT_THAT(read(&full).message(), HasSubstr("no room"));
   EXPECT_EQ(full.taken(), 0);
+}
+
+// A sink that has enough is not given the rest, whether the file tells how many are to come or not.
+TEST(ScanReaderTest, ReadingEndsWithTheErrorOfItsSink) {
+  class OneBlock : public PointSink {
+   public:
+    absl::Status Expect(uint64_t /*points*/) override { return absl::OkStatus(); }
+    absl::Status Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
+      taken += points.cols();
+      return absl::AbortedError("enough");
+    }
+    int64_t taken = 0;
+  };
+  for (const auto& sample : ValidScans(40000)) {
+    OneBlock sink;
+    WantedLayers wanted;
+    wanted.sink = &sink;
+    std::istringstream in(sample.bytes);
+    EXPECT_EQ(ReadScanStream(in, sample.name, wanted).status(), absl::AbortedError("enough"))
+        << sample.name;
+    EXPECT_GT(sink.taken, 0) << sample.name;
+    EXPECT_LT(sink.taken, 40000) << sample.name;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ValidScanTest, ::testing::ValuesIn(ValidScans(333)),
