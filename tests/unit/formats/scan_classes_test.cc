@@ -14,17 +14,17 @@
 namespace rilievo::testing {
 namespace {
 
-constexpr int kPoints = 60;
+constexpr int kClassed = 60;
 
 // `byte_of`: what the byte at `at` of each point is.
 template <typename ByteOf>
 std::string ChangedLas(int format, size_t at, const ByteOf& byte_of) {
-  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  const Eigen::Matrix3Xd points = SpherePoints(kClassed);
   const int minor = format < 6 ? 2 : 4;
   std::string file = LasFile(points, {.minor = minor, .point_format = format});
   const size_t size = format < 6 ? 20 : 30;
-  const size_t begin = file.size() - size * kPoints;
-  for (int i = 0; i < kPoints; ++i) {
+  const size_t begin = file.size() - size * kClassed;
+  for (int i = 0; i < kClassed; ++i) {
     file[begin + size * static_cast<size_t>(i) + at] = static_cast<char>(byte_of(i));
   }
   return file;
@@ -51,12 +51,12 @@ struct CollectedPoints : PointSink {
 };
 
 TEST(ScanClassesTest, OnlyPointsOfThemAreRead) {
-  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  const Eigen::Matrix3Xd points = SpherePoints(kClassed);
   std::string csv = "x,y,z,classification,r,g,b,intensity\n";
-  std::string ply = PlyHeaderText("ascii", absl::StrCat(kPoints),
+  std::string ply = PlyHeaderText("ascii", absl::StrCat(kClassed),
                                   "property float x\nproperty float y\nproperty float z\n"
                                   "property float scalar_Classification\n");
-  for (int i = 0; i < kPoints; ++i) {
+  for (int i = 0; i < kClassed; ++i) {
     const int number = i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
     absl::StrAppend(&csv, points(0, i), ",", points(1, i), ",", points(2, i), ",", number, ",", i,
                     ",0,0,", 256 * i, "\n");
@@ -125,7 +125,7 @@ TEST(ScanReturnsTest, OnlyTheLastOfAPulseAreRead) {
     const auto scan = ReadScanStream(in, "a.las", {.last_returns = true});
     ASSERT_TRUE(scan.ok()) << scan.status();
     ASSERT_EQ(scan->cloud.points.cols(), 21);  // one has no numbers
-    EXPECT_NEAR((scan->cloud.points.col(1) - SpherePoints(kPoints).col(2)).norm(), 0, 1e-5);
+    EXPECT_NEAR((scan->cloud.points.col(1) - SpherePoints(kClassed).col(2)).norm(), 0, 1e-5);
     EXPECT_THAT(scan->format, ::testing::HasSubstr("without 39 returns before the last"));
   }
 }
