@@ -156,6 +156,24 @@ TEST_F(PartsTest, AScanThatFitsNeedsNoParts) {
   EXPECT_TRUE(SizeOfScan("-", {}, {}, 1, {})->fits());
 }
 
+// How many points of a class there are nobody knows before: they are counted up to enough.
+TEST_F(PartsTest, PointsThatAreChosenAreCountedAsFarAsNeeded) {
+  constexpr int kMany = 40000;
+  {
+    std::ofstream file(At("classes.csv"));
+    file << "x,y,z,classification\n";
+    for (int i = 0; i < kMany; ++i) file << i % 200 << ',' << i / 200 << ",0," << 2 + i % 2 << '\n';
+  }
+  const auto size_of = [&](std::vector<int> classes, int64_t memory) {
+    ScanArguments arguments;
+    arguments.classes = std::move(classes);
+    return SizeOfScan(At("classes.csv"), arguments, {}, memory, {}).value();
+  };
+  EXPECT_LT(size_of({2, 3}, 1).points, kMany);
+  EXPECT_LT(size_of({2}, 1).points, kMany / 2);
+  EXPECT_FALSE(size_of({2}, 1).fits());
+}
+
 TEST_F(PartsTest, MemoryThatIsNotEvenEnoughForPartsIsRefused) {
   const Ended ended = Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--memory", "25MB"});
   EXPECT_EQ(ended.code, 3);
