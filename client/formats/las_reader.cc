@@ -116,7 +116,7 @@ class LasReader {
       const char* record = source->Take(header_.record_size);
       if (record == nullptr) return CutOff(i);
       AddRecord(record);
-      RILIEVO_RETURN_IF_ERROR(points_.status());
+      if (!points_.status().ok()) return points_.status();
     }
     return absl::OkStatus();
   }
@@ -132,7 +132,7 @@ class LasReader {
       const char* record = records->Next();
       if (record == nullptr) return records->status();
       AddRecord(record);
-      RILIEVO_RETURN_IF_ERROR(points_.status());
+      if (!points_.status().ok()) return points_.status();
     }
     return records->CheckEnd();
   }
