@@ -15,8 +15,11 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kFewestPoints = 100'000, kMostPoints = 250'000;
+constexpr int64_t kFewestPoints = 100'000;
 constexpr double kPiecePoints = 100;
+// From a point to the next, in the mean over the surface. Of 34 meshes with 100 000 points those
+// that turned further were the ones more than 0.01 % off.
+constexpr double kMostTurn = 0.2;
 
 // Of the R2 sequence: powers of the inverse of the plastic number.
 constexpr double kPlastic = 1.32471795724474602596;
@@ -39,6 +42,28 @@ std::vector<double> AreasOf(const CheckedMesh& mesh) {
                     2);
   }
   return areas;
+}
+
+// The integral of both principal curvatures over the surface, whatever their signs: each edge has
+// its length times its angle (Cohen-Steiner and Morvan, Restricted Delaunay triangulations and
+// normal cycle, 2003).
+double TotalCurvature(const CheckedMesh& mesh) {
+  const auto at = [&](uint32_t h) -> Eigen::Vector3d {
+    return mesh.vertices.col(Origin(mesh.triangles, h));
+  };
+  const auto cross = [&](uint32_t h) -> Eigen::Vector3d {
+    const Eigen::Vector3d origin = at(h);
+    return (at(NextHalfEdge(h)) - origin).cross(at(PreviousHalfEdge(h)) - origin);
+  };
+  double total = 0;
+  ForEachEdge(mesh.triangles, static_cast<int>(mesh.vertices.cols()),
+              [&](int low, int high, const HalfEdgeGroup& group) {
+                if (group.size() != 2) return;
+                const Eigen::Vector3d one = cross(group[0]), other = cross(group[1]);
+                total += (mesh.vertices.col(high) - mesh.vertices.col(low)).norm() *
+                         std::atan2(one.cross(other).norm(), one.dot(other));
+              });
+  return total;
 }
 
 // By triangle, how many times denser than elsewhere its points lie: a small piece has kPiecePoints
@@ -126,16 +151,25 @@ Rgb Between(const std::vector<Rgb>& colors, const Eigen::Vector3i& corners,
 
 }  // namespace
 
-int64_t PointsOnTriangles(int64_t triangles) {
-  return std::clamp(triangles, kFewestPoints, kMostPoints);
+int64_t FewestPointsOnMesh(int64_t triangles) {
+  return std::clamp(triangles, kFewestPoints, kMostPointsOnMesh);
+}
+
+int64_t PointsOnMesh(const CheckedMesh& mesh) {
+  const int64_t fewest = FewestPointsOnMesh(mesh.triangles.cols());
+  if (fewest == kMostPointsOnMesh) return fewest;
+  const std::vector<double> areas = AreasOf(mesh);
+  const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+  const double turns = TotalCurvature(mesh) / kMostTurn;  // spacing times turns is area
+  const double points = 4 * std::numbers::inv_pi * turns * turns / area;
+  return std::max(fewest, static_cast<int64_t>(std::min<double>(points, kMostPointsOnMesh)));
 }
 
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
-                                       const RunContext& context) {
+                                       int64_t wanted, const RunContext& context) {
   const std::vector<double> areas = AreasOf(mesh);
-  double area = 0;
-  for (const double part : areas) area += part;
-  const double share = area / static_cast<double>(PointsOnTriangles(mesh.triangles.cols()));
+  const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+  const double share = area / static_cast<double>(wanted);
   const double spacing = 2 * std::sqrt(share * std::numbers::inv_pi);
   std::vector<Place> places;
   const std::vector<double> densities = Densities(mesh, areas, share);

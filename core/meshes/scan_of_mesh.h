@@ -12,16 +12,22 @@
 
 namespace rilievo {
 
-// How many points a mesh of so many triangles gets on them: one for each, 100 000 to 250 000.
-int64_t PointsOnTriangles(int64_t triangles);
+// How many points a mesh of so many triangles gets on them at least: one for each, 100 000 to
+// kMostPointsOnMesh.
+int64_t FewestPointsOnMesh(int64_t triangles);
+inline constexpr int64_t kMostPointsOnMesh = 250'000;
 
-// So many points all over the triangles, and points as dense along the borders, but no more there.
+// How many points `mesh` gets, in these bounds: as many as it takes that its surface turns little
+// from one to the next, for heights at points lose what is finer.
+int64_t PointsOnMesh(const CheckedMesh& mesh);
+
+// `wanted` points all over the triangles, and points as dense along the borders, but no more there.
 // Each has the normal of its triangle. A point takes the same share of the area, but on pieces so
 // small that they would have few: triangles get theirs in turn, and the places within them follow
 // the R2 sequence (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
 // `colors`: of the vertices of `mesh`, or empty; those of the points are between them. The result
 // has no neighbour graph, and of the figures only the number of points.
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
-                                       const RunContext& context);
+                                       int64_t wanted, const RunContext& context);
 
 }  // namespace rilievo

@@ -152,7 +152,10 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
   RILIEVO_ASSIGN_OR_RETURN(ReconstructOptions fractions,
                            WithoutLengths(options, checked.frame.diagonal));
   std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, context));
+  // A level that is asked for is one over so many control faces as callers can tell.
+  const int64_t points =
+      options.max_level ? FewestPointsOnMesh(checked.triangles.cols()) : PointsOnMesh(checked);
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, points, context));
   Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,

@@ -318,7 +318,7 @@ std::optional<Excess> CheckSurfaceSize(const JobRequest& request, const ServerOp
 
 int64_t WorkedPoints(const JobRequest& request) {
   if (request.size.triangles == 0) return request.size.points;
-  return PointsOnTriangles(request.size.triangles);
+  return request.options.max_level ? FewestPointsOnMesh(request.size.triangles) : kMostPointsOnMesh;
 }
 
 int64_t ExpectedControlFaces(const JobRequest& request) {

@@ -14,9 +14,40 @@ CheckedMesh Checked(const ControlMesh& mesh) {
   return CheckMesh({mesh.vertices, {}, mesh.faces}, RunContext{}).value();
 }
 
+ScanSurface ScanOf(const CheckedMesh& mesh, const std::vector<Rgb>& colors = {}) {
+  return ScanOfMesh(mesh, colors, FewestPointsOnMesh(mesh.triangles.cols()), RunContext{}).value();
+}
+
+// Icosahedra in a row.
+CheckedMesh Row(int count) {
+  ControlMesh row = testing::Icosahedron(), one = row;
+  for (int i = 1; i < count; ++i) {
+    one.vertices.row(0).array() += 3;
+    row = testing::Union(row, one);
+  }
+  return Checked(row);
+}
+
+TEST(PointsOnMeshTest, AreMoreWhereTheSurfaceTurnsMore) {
+  // An edge of length a is one of 30, for an area of 5 sqrt(3) a^2.
+  const double angle = std::acos(std::sqrt(5) / 3), turns = 30 * angle / 0.2;
+  const double of_one = 4 / std::numbers::pi * turns * turns / (5 * std::numbers::sqrt3);
+  EXPECT_EQ(PointsOnMesh(Row(1)), 100'000);
+  EXPECT_EQ(PointsOnMesh(Row(50)), 100'000);
+  EXPECT_NEAR(static_cast<double>(PointsOnMesh(Row(100))), 100 * of_one, 1);
+  EXPECT_EQ(PointsOnMesh(Row(150)), 250'000);
+  EXPECT_EQ(PointsOnMesh(Checked(testing::Grid(4, 4))), 100'000) << "flat";
+}
+
+TEST(PointsOnMeshTest, AreOneForEachTriangleAtLeast) {
+  EXPECT_EQ(FewestPointsOnMesh(1), 100'000);
+  EXPECT_EQ(FewestPointsOnMesh(200'000), 200'000);
+  EXPECT_EQ(FewestPointsOnMesh(1'000'000), 250'000);
+}
+
 TEST(ScanOfMeshTest, PointsLieEvenlyOnTheTriangles) {
   const CheckedMesh mesh = Checked(testing::Icosahedron());
-  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
+  const ScanSurface scan = ScanOf(mesh);
   const OrientedCloud& cloud = scan.cloud;
   EXPECT_NEAR(static_cast<double>(cloud.points.cols()), 100'000, 1);
   EXPECT_EQ(scan.figures.kept, cloud.points.cols());
@@ -50,7 +81,7 @@ TEST(ScanOfMeshTest, PointsLieEvenlyOnTheTriangles) {
 
 TEST(ScanOfMeshTest, BordersHavePointsOfTheirOwn) {
   const CheckedMesh mesh = Checked(testing::Grid(4, 4));
-  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
+  const ScanSurface scan = ScanOf(mesh);
   const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
   const auto on_border = (scan.cloud.points.row(0).array() - low[0]).abs() < 1e-12;
   const double length = mesh.vertices.row(1).maxCoeff() - low[1];
@@ -62,7 +93,7 @@ TEST(ScanOfMeshTest, ASmallPieceHasPointsToo) {
   small.vertices *= 1e-4;
   small.vertices.row(0).array() += 3;
   const CheckedMesh mesh = Checked(testing::Union(testing::Icosahedron(), small));
-  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
+  const ScanSurface scan = ScanOf(mesh);
   const double edge = mesh.vertices.row(0).maxCoeff() - 0.01;
   const auto there = scan.cloud.points.row(0).array() > edge;
   EXPECT_NEAR(static_cast<double>(there.count()), 100, 2);
@@ -76,7 +107,7 @@ TEST(ScanOfMeshTest, ASmallPieceHasPointsToo) {
 TEST(ScanOfMeshTest, ColoursAreMixed) {
   const CheckedMesh mesh = Checked(testing::Tetrahedron());
   const std::vector<Rgb> colors = {{0, 0, 0}, {200, 0, 0}, {0, 200, 0}, {0, 0, 200}};
-  const ScanSurface scan = ScanOfMesh(mesh, colors, RunContext{}).value();
+  const ScanSurface scan = ScanOf(mesh, colors);
   ASSERT_EQ(scan.colors.size(), static_cast<size_t>(scan.cloud.points.cols()));
   // Linear over the tetrahedron: the weight of a vertex is its channel.
   for (Eigen::Index i = 0; i < scan.cloud.points.cols(); i += 100) {
