@@ -17,9 +17,10 @@ namespace rilievo {
 int64_t FewestPointsOnMesh(int64_t triangles);
 inline constexpr int64_t kMostPointsOnMesh = 250'000;
 
-// How many points `mesh` gets, in these bounds: as many as it takes that its surface turns little
-// from one to the next, for heights at points lose what is finer.
-int64_t PointsOnMesh(const CheckedMesh& mesh);
+// How many points `mesh` gets, in these bounds: so many that in the mean over its surface an arc
+// from one point to the next rises by `most_sagitta` of the diagonal at most, for that is what
+// heights at points lose. > 0.
+int64_t PointsOnMesh(const CheckedMesh& mesh, double most_sagitta);
 
 // `wanted` points all over the triangles, and points as dense along the borders, but no more there.
 // Each has the normal of its triangle. A point takes the same share of the area, but on pieces so

@@ -54,6 +54,9 @@ constexpr int64_t kNeedlePieces = 4;
 // of 1.
 constexpr double kBorderWeight = 20;
 
+// Of arcs between points where no error is asked for: what conversions are to keep.
+constexpr double kMostSagitta = 1e-4;
+
 // A border that turns further than this has a corner.
 constexpr double kBorderCorner = 30 * std::numbers::pi / 180;
 
@@ -154,7 +157,8 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
   std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
   // A level that is asked for is one over so many control faces as callers can tell.
   const int64_t points =
-      options.max_level ? FewestPointsOnMesh(checked.triangles.cols()) : PointsOnMesh(checked);
+      options.max_level ? FewestPointsOnMesh(checked.triangles.cols())
+                        : PointsOnMesh(checked, fractions.encode.max_error.value_or(kMostSagitta));
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, points, context));
   Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);
