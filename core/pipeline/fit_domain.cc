@@ -17,8 +17,11 @@
 #include "core/domain/fill_by_arcs.h"
 #include "core/domain/fit_border.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/limit_stencils.h"
+#include "core/loop/refinement.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
+#include "core/surface/measure_error.h"
 
 namespace rilievo {
 namespace {
@@ -36,6 +39,7 @@ constexpr double kKnownNoiseSpacings = 1.0 / 3;
 // % that conversions are to keep.
 constexpr double kExactRms = 1e-5;
 constexpr int kFewestExact = 24;  // faces
+constexpr int kLevelOfReach = 3, kSamplesOfReach = 20'000;
 
 // Of position steps.
 constexpr double kCoarsestStep = 5e-3;
@@ -75,6 +79,22 @@ FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64
     return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
   }
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
+}
+
+// Whether the smooth surface of `domain` comes to all of `mesh`, that it lies on: where it ends
+// inside of the border of a flat part no point of its own tells.
+absl::StatusOr<bool> ReachesAll(const Domain& domain, const Shape& mesh, double wanted_rms,
+                                const RunContext& context) {
+  const ControlMesh& control = domain.fit.control_mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineToVertices(control, kLevelOfReach, context));
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
+                           EvaluateLimit(refinement, control.vertices, kLevelOfReach, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const DistanceSummary distance,
+      MeasureOneSided(mesh, {std::move(limit.positions), FinestFaces(refinement)},
+                      {.samples = kSamplesOfReach}, context));
+  return distance.rms <= wanted_rms;
 }
 
 double PositionStepOf(const ScanSurface& scan, const ReconstructOptions& options,
@@ -220,6 +240,11 @@ absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, cons
     RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));
     const bool fewer = coarser.faces.cols() < (few ? few->fit.control_mesh : start).faces.cols();
     if (!fewer || domain.fit.rms_after > need.wanted_rms) break;
+    if (mesh.triangles.cols() > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const bool reaches,
+                               ReachesAll(domain, mesh, need.wanted_rms, context));
+      if (!reaches) break;
+    }
     few = std::move(domain);
   }
   const int64_t fewest = few ? few->fit.control_mesh.faces.cols() : start.faces.cols();

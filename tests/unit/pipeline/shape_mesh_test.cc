@@ -116,6 +116,22 @@ TEST(ShapeMeshTest, SharpEdgesStaySharp) {
   EXPECT_LT(made->report.encoded_bytes, 500);
 }
 
+// A flat star: no point of its plane tells where its border runs.
+TEST(ShapeMeshTest, AFlatSheetKeepsItsBorder) {
+  constexpr int kRays = 60;
+  PointCloud star;
+  star.points.setZero(3, kRays + 1);
+  star.triangles.resize(3, kRays);
+  for (int i = 0; i < kRays; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kRays, radius = i % 2 == 0 ? 1 : 0.7;
+    star.points.col(i) << radius * std::cos(angle), radius * std::sin(angle), 0;
+    star.triangles.col(i) << i, (i + 1) % kRays, kRays;
+  }
+  const auto made = Reconstruct(star, {}, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_LT(ErrorOf(star, *made).max, 5e-4);
+}
+
 // A vertex of so many triangles, seen at 0.4 % before its fan was cut into rings.
 TEST(ShapeMeshTest, ATipOfManyTrianglesKeepsItsShape) {
   const PointCloud cone = Cone(5000);
