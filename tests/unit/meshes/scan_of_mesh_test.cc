@@ -18,25 +18,27 @@ ScanSurface ScanOf(const CheckedMesh& mesh, const std::vector<Rgb>& colors = {})
   return ScanOfMesh(mesh, colors, FewestPointsOnMesh(mesh.triangles.cols()), RunContext{}).value();
 }
 
-// Icosahedra in a row.
-CheckedMesh Row(int count) {
-  ControlMesh row = testing::Icosahedron(), one = row;
-  for (int i = 1; i < count; ++i) {
-    one.vertices.row(0).array() += 3;
-    row = testing::Union(row, one);
-  }
-  return Checked(row);
+// That an arc from a point to the next has in the mean where this is the total curvature.
+double SagittaOf(double curvature, int points) {
+  return curvature / (2 * std::numbers::pi * points);
 }
 
 TEST(PointsOnMeshTest, AreMoreWhereTheSurfaceTurnsMore) {
-  // An edge of length a is one of 30, for an area of 5 sqrt(3) a^2.
-  const double angle = std::acos(std::sqrt(5) / 3), turns = 30 * angle / 0.2;
-  const double of_one = 4 / std::numbers::pi * turns * turns / (5 * std::numbers::sqrt3);
-  EXPECT_EQ(PointsOnMesh(Row(1)), 100'000);
-  EXPECT_EQ(PointsOnMesh(Row(50)), 100'000);
-  EXPECT_NEAR(static_cast<double>(PointsOnMesh(Row(100))), 100 * of_one, 1);
-  EXPECT_EQ(PointsOnMesh(Row(150)), 250'000);
-  EXPECT_EQ(PointsOnMesh(Checked(testing::Grid(4, 4))), 100'000) << "flat";
+  const CheckedMesh mesh = Checked(testing::Icosahedron());
+  const auto corners = mesh.vertices(Eigen::all, mesh.triangles.col(0)).eval();
+  const double edge = (corners.col(1) - corners.col(0)).norm();
+  const double sagitta = SagittaOf(30 * edge * std::acos(std::sqrt(5) / 3), 150'000);
+  EXPECT_NEAR(static_cast<double>(PointsOnMesh(mesh, sagitta)), 150'000, 2);
+  EXPECT_EQ(PointsOnMesh(mesh, 2 * sagitta), 100'000);
+  EXPECT_EQ(PointsOnMesh(mesh, sagitta / 2), 250'000);
+}
+
+TEST(PointsOnMeshTest, AtABorderTheSurfaceTurnsBack) {
+  const CheckedMesh mesh = Checked(testing::Grid(4, 4));
+  const Eigen::Vector3d sides =
+      mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff();
+  const double sagitta = SagittaOf(std::numbers::pi * 2 * sides.sum(), 150'000);
+  EXPECT_NEAR(static_cast<double>(PointsOnMesh(mesh, sagitta)), 150'000, 2);
 }
 
 TEST(PointsOnMeshTest, AreOneForEachTriangleAtLeast) {
