@@ -17,7 +17,6 @@
 #include "core/domain/fill_by_arcs.h"
 #include "core/domain/fit_border.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/loop/limit_stencils.h"
 #include "core/loop/refinement.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"

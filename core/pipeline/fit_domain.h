@@ -59,11 +59,11 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
 // does where the points are noisy, and about as far from it as their noise alone puts them: that
 // takes a third of the bytes away from smooth objects and a plain machined part of 100 000 points
 // with a noise of 0.1 % of the diagonal; objects of thin walls or much detail keep their faces. And
-// over a mesh of fewer triangles than control faces, while its flat faces are the domain's, a fifth
-// of these and so on: a cube takes 30 faces and 210 bytes instead of 3 332 and 4 792. Where that
-// takes more faces than the mesh has triangles, these are the domain (DomainOfMesh): a prism of 64
-// sides takes 639 bytes instead of 19 908. Clean scans keep their faces: there the finest
-// heights take the bytes.
+// over a mesh of fewer triangles than control faces, while its flat faces are the domain's and this
+// comes to all of the mesh, a fifth of these and so on: a cube takes 30 faces and 210 bytes instead
+// of 3 332 and 4 792. Where that takes more faces than the mesh has triangles, these are the domain
+// (DomainOfMesh): a prism of 64 sides takes 639 bytes instead of 19 908. Clean scans keep their
+// faces: there the finest heights take the bytes.
 // `spacing`: the median of all points, of which `scan` may hold some. `mesh`: that the points lie
 // on, unit frame; without triangles: they are scanned. Errors: those of FewerFaces() and
 // FitDomain().
