@@ -64,6 +64,7 @@ void VisitMeasured(Archive& archive, Part& part) {
   archive(part.across_sum);
   archive(part.across_count);
   archive(part.pages);
+  archive(part.in_reach);
   archive(part.squared_of_points);
 }
 
@@ -159,13 +160,13 @@ class StoredCoding {
       VisitMeasured(writer, found);
       return std::move(writer.bytes);
     };
-    step.take = [&](int part, std::span<const uint8_t> of_part) {
+    step.take = [&](int part, std::span<const uint8_t> of_part) -> absl::Status {
       MeasuredPart& found = measured[static_cast<size_t>(part)];
       ValueReader reader(of_part);
       VisitMeasured(reader, found);
-      return reader.Finished() && found.box.allFinite() && TakeDistances(&found, points_).ok()
-                 ? absl::OkStatus()
-                 : NotOfPart(PartStep::kMeasured, part);
+      if (!reader.Finished()) return NotOfPart(PartStep::kMeasured, part);
+      const absl::Status taken = TakeDistances(&found, points_);
+      return absl::IsDataLoss(taken) ? NotOfPart(PartStep::kMeasured, part) : taken;
     };
     points_->ForgetDistances();
     const auto tell = [this](double share) { context_.Report(Stage::kMeasure, share); };
@@ -346,9 +347,7 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
 absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
                            PointPages* points, const BlockSize& block, SharedParts* shared,
                            const ReconstructOptions& options, const PipelineContext& context) {
-  if (!options.measure) return absl::OkStatus();
   const StoredCoding coding(surface, cutter, points, block, options, context);
-  if (!coding.IsMeasuredByParts()) return absl::OkStatus();
   CodedStoredSurface coded;
   PartsOfStep step = StepOfCoding(coding, &coded);
   step.make = [](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {

@@ -61,8 +61,8 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context);
 
-// Waits for what the process that leads `shared` codes, and measures parts of it, where there are
-// any to measure. `surface` needs no heights.
+// Waits for what the process that leads `shared` codes in groups, and measures parts of it.
+// `surface` needs no heights.
 absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
                            PointPages* points, const BlockSize& block, SharedParts* shared,
                            const ReconstructOptions& options, const PipelineContext& context);

@@ -114,6 +114,7 @@ absl::Status HelpFromPages(const PagedScan& pages, const PartSizes& sizes, Share
                    shared, context, &coarse->sampled.domain, &stored));
   { const ScanSurface spent = std::move(coarse->scan); }
   const Grouping grouping(stored, cutter, sizes, coarse->options);
+  if (!grouping.options.measure || !grouping.block.in_groups) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.analyzed.surfels, stored.frame));
   return HelpToMeasure(stored, cutter, &points, grouping.block, shared, grouping.options, context);

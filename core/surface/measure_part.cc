@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -105,19 +106,32 @@ class PartToPoints {
   NearestInPages far_;
 };
 
-// Of the points that were gathered, and infinite ones of the others of their pages.
-absl::Status SpreadOverPages(const GatheredPoints& gathered, const std::vector<double>& squared,
-                             const PointPages& points, MeasuredPart* part) {
+void KeepDistances(const GatheredPoints& gathered, const std::vector<double>& squared,
+                   MeasuredPart* part) {
+  size_t before = 0;  // points of the pages so far
   for (const GatheredPoints::OfPage& page : gathered.pages) {
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> known, points.Distances(page.page));
-    std::vector<float> of_page(known.size(), std::numeric_limits<float>::infinity());
-    for (int64_t i = page.begin; i < page.end; ++i) {
-      of_page[gathered.places[i]] = static_cast<float>(squared[i]);
-    }
     part->pages.push_back(page.page);
-    part->squared_of_points.insert(part->squared_of_points.end(), of_page.begin(), of_page.end());
+    part->in_reach.resize((before + page.points + 7) / 8);
+    for (int64_t i = page.begin; i < page.end; ++i) {
+      const size_t place = before + gathered.places[i];
+      part->in_reach[place / 8] |= static_cast<uint8_t>(1 << place % 8);
+      part->squared_of_points.push_back(static_cast<float>(squared[i]));
+    }
+    before += page.points;
   }
-  return absl::OkStatus();
+}
+
+// Whether sums over parts like this one make sense.
+bool IsPlausible(const MeasuredPart& part) {
+  constexpr int64_t kMost = int64_t{1} << 40;  // of triangles and vertices
+  const auto is_count = [](int64_t count) { return count >= 0 && count < kMost; };
+  const auto is_square = [](double x) { return x >= 0 && !std::signbit(x); };
+  const auto is_sum = [&](double x) { return is_square(x) && std::isfinite(x); };
+  return part.box.allFinite() && is_count(part.folds) && is_count(part.across_count) &&
+         std::all_of(part.source_counts.begin(), part.source_counts.end(), is_count) &&
+         is_sum(part.largest) && is_sum(part.across_sum) &&
+         std::all_of(part.squared.begin(), part.squared.end(), is_sum) &&
+         std::all_of(part.squared_of_points.begin(), part.squared_of_points.end(), is_square);
 }
 
 }  // namespace
@@ -166,24 +180,32 @@ absl::StatusOr<MeasuredPart> MeasurePart(const SurfaceParts& surface, int i,
   NearestOfParts nearest(near.shape.vertices,
                          std::vector<double>(near.shape.vertices.cols(), kUnknown));
   RILIEVO_RETURN_IF_ERROR(nearest.Ask(part, 2 * kNearPart, context));
-  RILIEVO_RETURN_IF_ERROR(SpreadOverPages(near, nearest.squared(), points, &found));
+  KeepDistances(near, nearest.squared(), &found);
   return found;
 }
 
 absl::Status TakeDistances(MeasuredPart* part, PointPages* points) {
   const auto wrong = [] { return absl::DataLossError("the distances are not of these points"); };
+  if (!IsPlausible(*part)) return wrong();
+  const std::vector<uint8_t>& in_reach = part->in_reach;
   auto next = part->squared_of_points.cbegin();
+  size_t before = 0;
   for (const int page : part->pages) {
     if (page < 0 || page >= points->count()) return wrong();
     RILIEVO_ASSIGN_OR_RETURN(std::vector<float> distances, points->Distances(page));
-    if (part->squared_of_points.cend() - next < static_cast<std::ptrdiff_t>(distances.size())) {
-      return wrong();
+    if (in_reach.size() < (before + distances.size() + 7) / 8) return wrong();
+    for (size_t i = 0; i < distances.size(); ++i) {
+      const size_t place = before + i;
+      if ((in_reach[place / 8] >> place % 8 & 1) == 0) continue;
+      if (next == part->squared_of_points.cend()) return wrong();
+      distances[i] = std::min(distances[i], *next++);
     }
-    for (float& known : distances) known = std::min(known, *next++);
+    before += distances.size();
     RILIEVO_RETURN_IF_ERROR(points->WriteDistances(page, distances));
   }
   if (next != part->squared_of_points.cend()) return wrong();
   part->pages = {};
+  part->in_reach = {};
   part->squared_of_points = {};
   return absl::OkStatus();
 }

@@ -24,20 +24,21 @@ struct MeasuredPart {
   // Squared too: of its vertices and samples the largest, and the sum across the surface.
   double largest = 0, across_sum = 0;
   int64_t across_count = 0;
-  // Of all points of these pages, page after page, squared; those of points that are more than
-  // kNearPart away from its box are infinite.
+  // Of the points in its box, grown by kNearPart: a bit for each point of these pages, page after
+  // page, whether it is one, and the squared distances of those that are.
   std::vector<int> pages;
+  std::vector<uint8_t> in_reach;
   std::vector<float> squared_of_points;
 };
 
-// Of part i, with some of about options.samples spread evenly over the area of the whole, as many
-// more as that is more than `area`. INVALID_ARGUMENT where `area` is not above 0.
+// Of part i. Of its samples there are about as many as its share of options.samples, which are for
+// the `area` of the whole. INVALID_ARGUMENT where that is not above 0.
 absl::StatusOr<MeasuredPart> MeasurePart(const SurfaceParts& surface, int i,
                                          const MeasureOptions& options, const RunContext& context,
                                          const PointPages& points);
 
-// Brings the distances of the points to their pages, and frees their memory. DATA_LOSS where these
-// have no such points.
+// Brings the distances of the points to their pages, and frees their memory. DATA_LOSS where the
+// numbers are not those of such a part; the errors of `points`.
 absl::Status TakeDistances(MeasuredPart* part, PointPages* points);
 
 absl::Status CheckMeasure(const SurfaceParts& surface, const MeasureOptions& options);

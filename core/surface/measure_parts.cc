@@ -109,7 +109,8 @@ absl::Status SettleFarPoints(const SurfaceParts& surface,
       far.emplace_back(of_page.vertices.col(i));
       gathered.places.push_back(i);
     }
-    gathered.pages.push_back({page, begin, static_cast<int64_t>(far.size())});
+    gathered.pages.push_back(
+        {page, begin, static_cast<int64_t>(far.size()), static_cast<int>(distances.size())});
     if (static_cast<int64_t>(far.size()) >= kAtATime) RILIEVO_RETURN_IF_ERROR(settle());
   }
   return far.empty() ? absl::OkStatus() : settle();

@@ -28,7 +28,8 @@ absl::StatusOr<GatheredPoints> PointsWithin(const Eigen::AlignedBox3d& box, cons
       gathered.places.push_back(i);
     }
     const auto end = static_cast<int64_t>(points.size());
-    if (end > begin) gathered.pages.push_back({page, begin, end});
+    const auto all_of_page = static_cast<int>(all.vertices.cols());
+    if (end > begin) gathered.pages.push_back({page, begin, end, all_of_page});
   }
   const auto columns = [](const std::vector<Eigen::Vector3d>& of) {
     return Eigen::Map<const Eigen::Matrix3Xd>(of.empty() ? nullptr : of.front().data(), 3,

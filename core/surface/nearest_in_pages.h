@@ -21,6 +21,7 @@ struct GatheredPoints {
   struct OfPage {
     int page;
     int64_t begin, end;
+    int points;  // of the page, all of them
   };
   Shape shape;
   std::vector<int> places;  // of each point, in its page

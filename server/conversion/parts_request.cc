@@ -16,9 +16,10 @@ constexpr int64_t kScratchBytesOfControlFace = 24, kScratchBytesOfFace = 8;
 // Of a control face of a large scan, see ShapeCoarsely().
 constexpr int64_t kPointsOfFace = 120;
 
-// What comes of parts: 20 bytes of a point, and heights, which are as dense as the points where no
-// level is asked for (five bytes each, those on the rims of control faces more than once).
-constexpr int64_t kKeptBytesOfPoint = 32, kKeptBytesOfThinnedPoint = 64,
+// What comes of parts: 20 bytes of a point; heights, which are as dense as the points where no
+// level is asked for (five bytes each, those on the rims of control faces more than once); and
+// distances, four bytes of a point for each part whose reach it is in (up to two).
+constexpr int64_t kKeptBytesOfPoint = 40, kKeptBytesOfThinnedPoint = 64,
                   kKeptBytesOfControlFace = 80, kKeptBytesOfFace = 4;
 
 int64_t ControlFacesOf(const JobRequest& job) {

@@ -16,8 +16,9 @@ namespace {
 
 // Between two looks whether others have done what is left, and while the store is away.
 constexpr std::chrono::milliseconds kLook{100};
-// So often a job must be seen to wait before one who helps leaves: others may be about to take it.
-constexpr int kLooksAtWaiting = 10;
+constexpr std::chrono::milliseconds kLookAtCoding{1000};
+// So long a job must be seen to wait before one who helps leaves: others may be about to take it.
+constexpr std::chrono::milliseconds kWaiting{1000};
 constexpr int64_t kBlockBytes = 1 << 20;
 
 // What the store says, as an attempt at a job ends by it.
@@ -76,7 +77,8 @@ absl::StatusOr<PartQueue::Turn> PartsInStore::TryNext(PartStep step, int count) 
 }
 
 absl::StatusOr<SharedParts::Turn> PartsInStore::Next(PartStep step, int count) {
-  int waits = 0;
+  const auto look = !leads() && step == PartStep::kCoded ? kLookAtCoding : kLook;
+  std::chrono::milliseconds waits{0};
   while (!stop_.stop_requested()) {
     const auto turn = TryNext(step, count);
     if (turn.ok() && turn->was_wrong) {
@@ -90,9 +92,9 @@ absl::StatusOr<SharedParts::Turn> PartsInStore::Next(PartStep step, int count) {
       return next;
     }
     if (!turn.ok() && !absl::IsUnavailable(turn.status())) return OfAttempt(turn.status());
-    waits = turn.ok() && turn->job_waits ? waits + 1 : 0;
-    if (waits == kLooksAtWaiting) return absl::AbortedError("a job waits for the place");
-    std::this_thread::sleep_for(kLook);
+    waits = turn.ok() && turn->job_waits ? waits + look : std::chrono::milliseconds(0);
+    if (waits > kWaiting) return absl::AbortedError("a job waits for the place");
+    std::this_thread::sleep_for(look);
   }
   return absl::CancelledError("nobody waits for the parts");
 }

@@ -16,6 +16,17 @@ constexpr int kMostTries = 3;
 // Parts that nobody has, and that are to be done, for the first time or once more.
 constexpr char kOpen[] = "worker = '' AND (result = '' OR twice > 0)";
 
+// Parts of the steps before coding, and of measuring what was coded and is there.
+const std::string& ToHelpWith() {
+  static const std::string sql = absl::StrCat(
+      "(step < ", static_cast<int>(PartStep::kCoded), " OR step > ",
+      static_cast<int>(PartStep::kCoded),
+      " AND EXISTS(SELECT 1 FROM job_parts AS coded WHERE coded.job_id = job_parts.job_id AND"
+      " coded.step = ",
+      static_cast<int>(PartStep::kCoded), " AND coded.result <> ''))");
+  return sql;
+}
+
 constexpr char kHelps[] = "/help";
 
 // The worker, whether it leads or helps.
@@ -128,7 +139,9 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
         return absl::OkStatus();
       }
       if (worker.claim != 0) return absl::OkStatus();
-      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, JobWaits(worker));
+      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, step == PartStep::kCoded
+                                                   ? IsOfUseElsewhere(worker)
+                                                   : JobWaits(worker, /*suspect=*/false));
       return CheckLed(worker);
     }
     turn.claim = {.job_id = worker.job_id,
@@ -143,11 +156,23 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
   return turn;
 }
 
-absl::StatusOr<bool> PartQueue::JobWaits(const PartWorker& worker) {
+absl::StatusOr<bool> PartQueue::JobWaits(const PartWorker& worker, bool suspect) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_->Prepare("SELECT 1 FROM queue WHERE worker = '' AND suspect ="
-                                              " 0 AND memory <= $1 LIMIT 1"));
-  return query.Bind(worker.memory).Step();
+                           database_->Prepare("SELECT 1 FROM queue WHERE worker = '' AND suspect <="
+                                              " $2 AND memory <= $1 LIMIT 1"));
+  RILIEVO_ASSIGN_OR_RETURN(const bool found,
+                           query.Bind(worker.memory).Bind(int64_t{suspect}).Step());
+  RILIEVO_RETURN_IF_ERROR(query.Run());
+  return found;
+}
+
+// One that waits while another one codes, which may take long.
+absl::StatusOr<bool> PartQueue::IsOfUseElsewhere(const PartWorker& worker) {
+  RILIEVO_ASSIGN_OR_RETURN(const bool waits, JobWaits(worker, /*suspect=*/true));
+  if (waits) return true;
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> jobs,
+                           JobsToHelp(WhoIs(worker.worker), worker.memory, worker.recipe));
+  return !jobs.empty();
 }
 
 absl::StatusOr<bool> PartQueue::WasWrong(const PartWorker& worker, PartStep step) {
@@ -287,8 +312,8 @@ absl::StatusOr<std::vector<std::string>> PartQueue::JobsToHelp(const std::string
       "SELECT job_id FROM queue WHERE worker <> '' AND worker <> $1 AND memory <= $2 AND"
       " EXISTS(SELECT 1 FROM job_parts WHERE job_parts.job_id = queue.job_id AND recipe = $3 AND"
       " job_parts.claim < ",
-      kMostTries, " AND step <> ", NumberOf(PartStep::kCoded), " AND NOT ", IsByItself("$1", "$4"),
-      " AND job_parts.", kOpen, ") ORDER BY number LIMIT 16");
+      kMostTries, " AND ", ToHelpWith(), " AND NOT ", IsByItself("$1", "$4"), " AND job_parts.",
+      kOpen, ") ORDER BY number LIMIT 16");
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
   query.Bind(worker).Bind(memory).Bind(recipe).Bind(NameOfHelper(worker));
   std::vector<std::string> jobs;

@@ -103,7 +103,9 @@ class PartQueue {
   absl::Status CheckRecipe(const PartWorker& worker);
   // Of one who helps: or they would wait for each other, and keep their places from the job.
   absl::Status CheckLed(const PartWorker& worker);
-  absl::StatusOr<bool> JobWaits(const PartWorker& worker);
+  // One that suits it; `suspect`: of those too that may have ended their workers.
+  absl::StatusOr<bool> JobWaits(const PartWorker& worker, bool suspect);
+  absl::StatusOr<bool> IsOfUseElsewhere(const PartWorker& worker);
   absl::StatusOr<bool> WasWrong(const PartWorker& worker, PartStep step);
   // How many parts the step has, after they were made where there were none.
   absl::StatusOr<int> Make(const PartWorker& worker, PartStep step, int count,

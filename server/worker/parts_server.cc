@@ -15,7 +15,7 @@ namespace {
 // A scan of 10^12 points has as many of a thousand points.
 constexpr int kMostPartsOfStep = 1 << 30;
 
-// More than a step is cut into, each a row of the store's.
+// By points.
 constexpr int64_t kFewParts = 1024, kFewPoints = 1024;
 
 // Of what the job takes of a scratch folder, what may come of all of its parts; parts are done
@@ -54,9 +54,17 @@ absl::Status PartsServer::Answer(const worker::WorkerMessage& asked) {
   return asked.has_part_done() ? TakePart(step, numbers.part()) : SendPart(step, numbers.part());
 }
 
+int64_t PartsServer::MostPartsOf(PartStep step) const {
+  if (step == PartStep::kCoarse || step == PartStep::kCoded) return 1;
+  const int64_t by_points = kFewParts + job_.size.points / kFewPoints;
+  if (step != PartStep::kMeasured) return by_points;
+  // Of blocks of the finest level: groups of faces that are at least half full.
+  const int64_t block = std::max<int64_t>(1, PartSizes::Of(job_.parts->points).block_vertices);
+  return by_points + 2 * (job_.options.max_surface_faces / block);
+}
+
 absl::Status PartsServer::TellTurn(PartStep step, int count) {
-  const bool is_whole = step == PartStep::kCoarse || step == PartStep::kCoded;
-  if (count > (is_whole ? 1 : kFewParts + job_.size.points / kFewPoints)) {
+  if (count > MostPartsOf(step)) {
     return NotAllowed("the worker cuts a step into more parts than it has");
   }
   RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, job_.parts->shared->Next(step, count));

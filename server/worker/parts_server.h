@@ -26,6 +26,8 @@ class PartsServer {
   bool worker_is_gone() const { return worker_is_gone_; }
 
  private:
+  // More than the step is cut into, each a row of the store's.
+  int64_t MostPartsOf(PartStep step) const;
   absl::Status Send(const worker::ServerMessage& message);
   absl::Status TellTurn(PartStep step, int count);
   absl::Status TakePart(PartStep step, int part);

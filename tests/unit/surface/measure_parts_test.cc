@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <set>
 
@@ -172,18 +173,34 @@ TEST(MeasurePartsTest, EachPartIsMeasuredByItself) {
   EXPECT_EQ(apart.source_counts, together.source_counts);
 }
 
-TEST(MeasurePartsTest, DistancesOfOtherPagesAreRefused) {
+TEST(MeasurePartsTest, NumbersThatAreNotOfAPartAreRefused) {
   const InParts in_parts(Rough(8));
   const SearchableShape points = PointsAround();
   PagesInMemory pages(points.shape, 130);
   const auto measured = MeasurePart(in_parts.Parts(), 0, {20000}, RunContext(), pages);
-  for (const int fault : {0, 1, 2}) {
+  ASSERT_FALSE(measured->pages.empty());
+  ASSERT_FALSE(measured->squared.empty());
+  const std::vector<std::function<void(MeasuredPart*)>> faults = {
+      [&](MeasuredPart* part) { part->pages.back() = pages.count(); },
+      [](MeasuredPart* part) { part->pages.front() = -1; },
+      [](MeasuredPart* part) { part->in_reach.pop_back(); },
+      [](MeasuredPart* part) { part->squared_of_points.pop_back(); },
+      [](MeasuredPart* part) { part->squared_of_points.push_back(1); },
+      [](MeasuredPart* part) { part->squared_of_points.back() = -1; },
+      [](MeasuredPart* part) { part->squared_of_points.back() = NAN; },
+      [](MeasuredPart* part) { part->squared.back() = -1; },
+      [](MeasuredPart* part) { part->squared.back() = INFINITY; },
+      [](MeasuredPart* part) { part->largest = NAN; },
+      [](MeasuredPart* part) { part->across_sum = -INFINITY; },
+      [](MeasuredPart* part) { part->across_count = -1; },
+      [](MeasuredPart* part) { part->folds = int64_t{1} << 60; },
+      [](MeasuredPart* part) { part->source_counts[1] = -1; },
+      [](MeasuredPart* part) { part->box(1, 1) = NAN; },
+  };
+  for (size_t fault = 0; fault < faults.size(); ++fault) {
     MeasuredPart wrong = *measured;
-    ASSERT_FALSE(wrong.pages.empty());
-    if (fault == 0) wrong.pages.back() = pages.count();
-    if (fault == 1) wrong.pages.front() = -1;
-    if (fault == 2) wrong.squared_of_points.pop_back();
-    EXPECT_EQ(TakeDistances(&wrong, &pages).code(), absl::StatusCode::kDataLoss);
+    faults[fault](&wrong);
+    EXPECT_EQ(TakeDistances(&wrong, &pages).code(), absl::StatusCode::kDataLoss) << fault;
   }
 }
 

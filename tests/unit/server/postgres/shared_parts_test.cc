@@ -220,8 +220,24 @@ TEST_F(SharedPartsTest, NobodyHelpsToPutThemTogether) {
   ASSERT_TRUE(store_->ReleaseParts("`", "leader").ok());
   EXPECT_THAT(ToHelp("helper"), IsEmpty());
   EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoded, 1)->claim);
+}
+
+TEST_F(SharedPartsTest, WhatIsCodedIsMeasuredWithHelp) {
+  const PartClaim coded = *store_->TakePart(Leader(), PartStep::kCoded, 1)->claim;
+  ASSERT_TRUE(Keep(coded, "00").ok());
   EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kMeasured, 2)->claim);
   EXPECT_THAT(ToHelp("another"), ElementsAre("`"));
+  ASSERT_TRUE(store_->DropPart(Leader(), PartStep::kCoded, 0, ContentNameOf("00")).ok());
+  EXPECT_THAT(ToHelp("another"), IsEmpty()) << "there is nothing to measure";
+}
+
+TEST_F(SharedPartsTest, WhoWaitsForCodingLeavesForAnyJob) {
+  ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoded, 1)->claim);
+  EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);
+  StoredJob next = NewJob("next");
+  ASSERT_TRUE(store_->Insert(next).ok());
+  ASSERT_TRUE(database_->Execute("UPDATE queue SET suspect = 1 WHERE worker = ''").ok());
+  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);
 }
 
 TEST_F(SharedPartsTest, ADamagedOneIsDoneAgain) {
