@@ -31,13 +31,13 @@ struct ZeroSet {
 };
 
 // Of a function of the cloud, whose normals take the sides that it found.
-absl::StatusOr<ZeroSet> FindZeroSet(const NeighborGraph& graph, const PointIndex& index,
+absl::StatusOr<ZeroSet> FindZeroSet(NeighborGraph graph, const PointIndex& index,
                                     BoundaryRule boundary, const RunContext& context,
                                     OrientedCloud* cloud) {
   ImplicitOptions options;
   options.closed = boundary == BoundaryRule::kClose;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
-                           FitImplicitFunction(*cloud, graph, index, options, context));
+                           FitImplicitFunction(*cloud, std::move(graph), index, options, context));
   for (size_t i = 0; i < function.sides.size(); ++i) {
     if (function.sides[i] < 0) cloud->normals.col(static_cast<int64_t>(i)) *= -1;
   }
@@ -51,8 +51,8 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, Neighbor
                                                    const PointIndex& index, BoundaryRule boundary,
                                                    CreaseRule creases, int target_faces,
                                                    const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set, FindZeroSet(graph, index, boundary, context, &cloud));
-  graph = NeighborGraph();
+  RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set,
+                           FindZeroSet(std::move(graph), index, boundary, context, &cloud));
   context.Report(Stage::kControlMesh, 0.5);
   zero_set.mesh = SplitFans(zero_set.mesh).mesh;
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed,

@@ -218,13 +218,13 @@ int64_t MostImplicitNodes(int64_t points) {
 }
 
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
-                                                     const NeighborGraph& graph,
-                                                     const PointIndex& index,
+                                                     NeighborGraph graph, const PointIndex& index,
                                                      const ImplicitOptions& options,
                                                      const RunContext& context) {
   if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> wanted_cells,
                            SizingField(cloud, graph, index, options, context));
+  graph = NeighborGraph();
   LevelPlan plan = PlanLevels(wanted_cells);
   wanted_cells = std::vector<float>();
   ImplicitFunction function;

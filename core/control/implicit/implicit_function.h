@@ -51,9 +51,9 @@ int64_t MostImplicitNodes(int64_t points);
 // trilinearly to the edges around it: Kazhdan and Hoppe 2013 with a staggered grid in place of an
 // octree. The coarsest grid covers the whole box; each finer one is a band around the points that
 // ask for it (see SizingField), with the coarser solution as its border and as its first guess.
+// The memory of `graph` goes before the grids are made.
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
-                                                     const NeighborGraph& graph,
-                                                     const PointIndex& index,
+                                                     NeighborGraph graph, const PointIndex& index,
                                                      const ImplicitOptions& options,
                                                      const RunContext& context);
 
