@@ -28,7 +28,7 @@ class PointCollector {
   // really allow.
   absl::Status Reserve(uint64_t count) {
     if (sink_ != nullptr) return sink_->Expect(some_are_left_out_ ? 0 : count);
-    Grow(static_cast<Eigen::Index>(count));
+    if (!some_are_left_out_) Grow(static_cast<Eigen::Index>(count));
     return absl::OkStatus();
   }
 
@@ -43,11 +43,14 @@ class PointCollector {
   }
 
   void Add(double x, double y, double z) {
-    if (kept_ == points_.cols()) MakeRoom();
+    if (kept_ == points_.cols()) {
+      Grow(sink_ != nullptr ? kBlock : std::max<Eigen::Index>(1024, kept_ + kept_ / 2));
+    }
     points_(0, kept_) = x;
     points_(1, kept_) = y;
     points_(2, kept_) = z;
     ++kept_;
+    if (sink_ != nullptr && kept_ == kBlock) PassOn();
   }
 
   int64_t count() const { return passed_on_ + kept_; }
@@ -69,16 +72,6 @@ class PointCollector {
 
  private:
   static constexpr Eigen::Index kBlock = 1 << 14;
-
-  void MakeRoom() {
-    if (sink_ == nullptr) {
-      Grow(std::max<Eigen::Index>(1024, kept_ + kept_ / 2));
-    } else if (kept_ == kBlock) {
-      PassOn();
-    } else {
-      Grow(kBlock);
-    }
-  }
 
   bool AllHaveClasses() const { return of_class_.empty() || classified_ == offered(); }
 

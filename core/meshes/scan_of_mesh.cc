@@ -110,21 +110,36 @@ void PlaceOverArea(const std::vector<double>& areas, const std::vector<double>& 
   }
 }
 
-// At most as many as there are already, however long the borders are for the area.
-void PlaceAlongBorders(const CheckedMesh& mesh, double spacing, std::vector<Place>* places) {
-  std::vector<uint32_t> border;
+struct Border {
+  std::vector<uint32_t> half_edges;
   double length = 0;
-  const auto end = [&](uint32_t h) { return mesh.vertices.col(Origin(mesh.triangles, h)); };
+};
+
+double LengthOf(const CheckedMesh& mesh, uint32_t h) {
+  const auto origin = [&](uint32_t at) { return mesh.vertices.col(Origin(mesh.triangles, at)); };
+  return (origin(NextHalfEdge(h)) - origin(h)).norm();
+}
+
+Border BorderOf(const CheckedMesh& mesh) {
+  Border border;
   ForEachEdge(mesh.triangles, static_cast<int>(mesh.vertices.cols()),
               [&](int, int, const HalfEdgeGroup& group) {
                 if (group.size() != 1) return;
-                border.push_back(group[0]);
-                length += (end(NextHalfEdge(group[0])) - end(group[0])).norm();
+                border.half_edges.push_back(group[0]);
+                border.length += LengthOf(mesh, group[0]);
               });
-  const double step = std::max(spacing, length / static_cast<double>(places->size() + 1));
+  return border;
+}
+
+double SpacingOf(double share) { return 2 * std::sqrt(share * std::numbers::inv_pi); }
+
+// At most as many as there are already, however long the borders are for the area.
+void PlaceAlongBorders(const CheckedMesh& mesh, const Border& border, double spacing,
+                       std::vector<Place>* places) {
+  const double step = std::max(spacing, border.length / static_cast<double>(places->size() + 1));
   double ahead = step / 2;  // to the next point
-  for (const uint32_t h : border) {
-    const double edge = (end(NextHalfEdge(h)) - end(h)).norm();
+  for (const uint32_t h : border.half_edges) {
+    const double edge = LengthOf(mesh, h);
     const auto corner = static_cast<int>(h % 3);
     for (; ahead < edge; ahead += step) {
       Place place{static_cast<int>(h / 3), Eigen::Vector3d::Zero()};
@@ -167,12 +182,23 @@ absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vecto
                                        int64_t wanted, const RunContext& context) {
   const std::vector<double> areas = AreasOf(mesh);
   const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
-  const double share = area / static_cast<double>(wanted);
-  const double spacing = 2 * std::sqrt(share * std::numbers::inv_pi);
+  const Border border = BorderOf(mesh);
+  double share = area / static_cast<double>(wanted);
+  std::vector<double> densities = Densities(mesh, areas, share);
+  const auto count_all = [&] {
+    const double over_area =
+        std::inner_product(areas.begin(), areas.end(), densities.begin(), 0.0) / share;
+    return over_area + std::min(over_area, border.length / SpacingOf(share));
+  };
+  // Borders and small pieces get fewer in a smaller ratio than the rest.
+  for (double all = count_all(); all > 1.01 * kMostPointsOnMesh; all = count_all()) {
+    share *= all / kMostPointsOnMesh;
+    densities = Densities(mesh, areas, share);
+  }
   std::vector<Place> places;
-  const std::vector<double> densities = Densities(mesh, areas, share);
   PlaceOverArea(areas, densities, share, &places);
-  PlaceAlongBorders(mesh, spacing, &places);
+  const double spacing = SpacingOf(share);
+  PlaceAlongBorders(mesh, border, spacing, &places);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
 
   const auto count = static_cast<int64_t>(places.size());

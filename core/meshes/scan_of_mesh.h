@@ -22,7 +22,8 @@ inline constexpr int64_t kMostPointsOnMesh = 250'000;
 // heights at points lose. > 0.
 int64_t PointsOnMesh(const CheckedMesh& mesh, double most_sagitta);
 
-// `wanted` points all over the triangles, and points as dense along the borders, but no more there.
+// `wanted` points all over the triangles, and points as dense along the borders, but no more there;
+// fewer where they would be more than kMostPointsOnMesh together.
 // Each has the normal of its triangle. A point takes the same share of the area, but on pieces so
 // small that they would have few: triangles get theirs in turn, and the places within them follow
 // the R2 sequence (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).

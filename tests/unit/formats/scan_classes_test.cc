@@ -88,6 +88,19 @@ TEST(ScanClassesTest, OnlyPointsOfThemAreRead) {
   }
 }
 
+TEST(ScanClassesTest, AllOfThemReachASinkInBlocks) {
+  constexpr int kRows = 150'000;
+  std::string csv = "x,y,z,classification\n";
+  for (int i = 0; i < kRows; ++i) absl::StrAppend(&csv, i, ",0,0,", i % 7 < 4 ? 2 : 5, "\n");
+  std::istringstream in(csv), again(csv);
+  const auto scan = ReadScanStream(in, "a.csv", {.classes = {2}});
+  CollectedPoints sink;
+  const auto passed = ReadScanStream(again, "a.csv", {.classes = {2}, .sink = &sink});
+  ASSERT_TRUE(passed.ok()) << passed.status();
+  EXPECT_GT(sink.points.cols(), kRows / 2);
+  EXPECT_EQ(sink.points, scan->cloud.points);
+}
+
 // How bright a colour is does not depend on which points are taken.
 TEST(ScanClassesTest, ColorsAreScaledByThoseOfTheFile) {
   const std::string csv =

@@ -90,6 +90,27 @@ TEST(ScanOfMeshTest, BordersHavePointsOfTheirOwn) {
   EXPECT_NEAR(static_cast<double>(on_border.count()), length / scan.cloud.median_spacing, 2);
 }
 
+// Triangles that do not touch: all of their sides are borders.
+TEST(ScanOfMeshTest, BordersCountAmongTheMost) {
+  constexpr int kTriangles = 5000;
+  ControlMesh mesh;
+  mesh.vertices.resize(3, 3 * kTriangles);
+  mesh.faces.resize(3, kTriangles);
+  for (int t = 0; t < kTriangles; ++t) {
+    const Eigen::Vector3d corner(t % 100, t / 100, 0);
+    mesh.vertices.col(3 * t) = corner;
+    mesh.vertices.col(3 * t + 1) = corner + 0.8 * Eigen::Vector3d::UnitX();
+    mesh.vertices.col(3 * t + 2) = corner + 0.8 * Eigen::Vector3d::UnitY();
+    mesh.faces.col(t) << 3 * t, 3 * t + 1, 3 * t + 2;
+  }
+  const auto count = [&](int64_t wanted) {
+    const auto scan = ScanOfMesh(Checked(mesh), {}, wanted, RunContext{});
+    return static_cast<double>(scan->cloud.points.cols());
+  };
+  EXPECT_GT(count(100'000), 150'000);
+  EXPECT_NEAR(count(kMostPointsOnMesh), kMostPointsOnMesh, 0.02 * kMostPointsOnMesh);
+}
+
 TEST(ScanOfMeshTest, ASmallPieceHasPointsToo) {
   ControlMesh small = testing::Icosahedron();
   small.vertices *= 1e-4;
