@@ -20,6 +20,7 @@ constexpr int kSamplesPerEdge = 8;
 // Of a sample's weight: what holds a control point where it is in each round, so that those that
 // the line leaves free along it hardly move.
 constexpr double kHoldAlong = 0.1;
+constexpr double kHoldCorner = 1e9;  // as good as fixed
 // Of a vector that is across a segment but for rounding, the most that is along it; unit frame.
 constexpr double kOnSegment = 1e-12;
 
@@ -128,7 +129,7 @@ class BorderFit {
     }
     for (int i = 0; i < static_cast<int>(3 * count); ++i) {
       const bool is_corner = loop->corner[static_cast<size_t>(i / 3)] != 0;
-      entries.emplace_back(i, i, is_corner ? 1 / kRounding : kHoldAlong);
+      entries.emplace_back(i, i, is_corner ? kHoldCorner : kHoldAlong);
     }
     Eigen::SparseMatrix<double> matrix(3 * count, 3 * count);
     matrix.setFromTriplets(entries.begin(), entries.end());

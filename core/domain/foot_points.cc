@@ -20,7 +20,6 @@ namespace {
 // Beyond a gap of so many spacings lies the far side of an opening, or strays: a boundary that
 // follows them spans open space.
 constexpr double kBorderGap = 2.0;
-// A sample whose nearest points all lie farther aside than kGapSpacings stands over a hole.
 // The direction from a far sample to its foot is as uncertain as the normals are.
 constexpr double kGapPerOffset = 0.5;
 // Of a foot on a known line, beside that of other samples: no height mends what lies aside of it.
@@ -46,6 +45,7 @@ class FootSum {
     const double offset = Offset(point);
     const double squared_way = (cloud_.points.col(point) - position_).squaredNorm();
     const double squared_aside = std::max(0.0, squared_way - offset * offset);
+    // A sample whose nearest points all lie farther aside stands over a hole.
     const double gap = kGapSpacings * cloud_.spacing[static_cast<size_t>(point)] +
                        kGapPerOffset * std::abs(offset);
     if (squared_aside < gap * gap && squared_way < reach_ * reach_) {

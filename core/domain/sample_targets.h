@@ -14,7 +14,7 @@ namespace rilievo {
 
 // Holds a control vertex without data where it is, just enough to keep the system regular where
 // fairness leaves it free (a component of the control mesh that no point supports).
-inline constexpr double kHoldWeight = kRounding;
+inline constexpr double kHoldWeight = 1e-9;
 
 // Column = sample.
 struct SampleTargets {

@@ -1,6 +1,7 @@
 // The connected parts of a graph.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -58,8 +58,6 @@ constexpr double kBorderWeight = 20;
 // Of arcs between points where no error is asked for: what conversions are to keep.
 constexpr double kMostSagitta = 1e-4;
 
-// A border that turns further than this has a corner.
-
 // The ends of its creases, two columns each.
 Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
   Eigen::Matrix3Xd ends(3, static_cast<Eigen::Index>(2 * mesh.creases.size()));

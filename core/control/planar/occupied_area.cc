@@ -14,7 +14,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kOwnDisc = 0.9;         // radius of the disc a point covers, in its own spacings
+constexpr double kOwnDisc =
+    0.9;  // radius, in its own spacings, of what a point fills of the raster
 constexpr double kLargestRaster = 1000;  // cells along a side
 
 // Squared distances to the nearest source along one line, as the lower envelope of parabolas
@@ -45,7 +46,7 @@ class LineTransform {
     }
   }
 
-  static constexpr float kFar = std::numeric_limits<float>::infinity();
+  static constexpr float kFar = 1e18F;
 
  private:
   double Crossing(int p, int q) const {

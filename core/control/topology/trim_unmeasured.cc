@@ -29,8 +29,8 @@ constexpr double kUnmeasuredShare = 0.75;
 // an edge between two may be as long.
 constexpr double kReachOfGap = 0.75;
 
-// Up to a gap of the scan: isolated points far from each other support no sheet over the wide gaps
-// between them.
+// Counts up to kGapSpacings of the median: isolated points far from each other support no sheet
+// over the wide gaps between them.
 double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
                  const PointIndex& index) {
   int nearest = 0;

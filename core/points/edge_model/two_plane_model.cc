@@ -243,7 +243,9 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   // measured across the planes.
   const double tilt = axis.norm() / 2;
   const double quadric = QuadricSquares(around, axis.normalized()) * tilt * tilt;
-  const double least = kCleanNoise * fit.spacing;  // what planes leave of curved sides
+  // What planes leave of a clean scan's curved sides, in spacings.
+  constexpr double kLeastScatter = 0.05;
+  const double least = kLeastScatter * fit.spacing;
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;

@@ -24,10 +24,10 @@ constexpr int kLargestIsland = 200;
 // How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
 // height sees the ground at 0.1.
 constexpr double kSpacingGrowth = 0.1;
-// Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
-constexpr double kThicknessesOff = 4;
 // Off sheets, where nothing is seen at a flat angle.
 constexpr double kGrowthOffSheets = 0.03;
+// Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
+constexpr double kThicknessesOff = 4;
 
 // How far the neighbours of each point are.
 struct Reaches {

@@ -24,7 +24,7 @@ namespace {
 
 // Growth of the variance along the plane from which a patch counts as widened.
 constexpr double kWidened = 1.3;
-// Variance across a plane, in that of the noise, below which a patch is taken for flat.
+// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
 constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is

@@ -187,9 +187,10 @@ class Neighborhood {
   // The nearest of a point's neighbours and theirs, itself first; lengths in `unit`.
   ScaledPatch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
                      double unit) {
+    constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
     around_.assign(1, center);
     std::unordered_set<int> taken = {center};
-    for (size_t begin = 0; begin < around_.size() && around_.size() < kMostNeighbors;) {
+    for (size_t begin = 0; begin < around_.size() && around_.size() < kEnough;) {
       for (const size_t end = around_.size(); begin < end; ++begin) {
         for (const int j : graph.neighbors(around_[begin])) {
           if (taken.insert(j).second) around_.push_back(j);

@@ -227,6 +227,7 @@ class FaceSearch {
     if (faces.size() > kMostFaces) return {};
     const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
+    // Ends: each pass gains at least this share of all there is to gain.
     const double least_gain = kRounding * agreements.cwiseAbs().sum();
     while (KernighanLinPass(agreements, &signs) > least_gain) {
       if (!context.CheckStop().ok()) return {};
