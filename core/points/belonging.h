@@ -1,4 +1,4 @@
-// What all rooms take for one sheet, one side of an edge, a gap, and for noise.
+// Thresholds that more than one room takes: of one sheet, of sides of an edge, of gaps and noise.
 #pragma once
 
 #include <numbers>
@@ -24,13 +24,13 @@ inline constexpr double kGapSpacings = 3;
 inline constexpr double kNoiseDeviations = 3;
 
 // Noise in spacings: below kCleanNoise a scan is clean, and each point a point of the surface; up
-// to kLittleNoise its spacing tells more than its noise; above kThickNoiseRatio the nearest points
-// tell the noise too small, and nothing of edges.
+// to kLittleNoise its spacing tells more than its noise; from kThickNoiseRatio on the nearest points
+// tell nothing of edges, and what they show of the noise is corrected in full.
 inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoiseRatio = 0.5;
 
-// Points nearest to a place that are asked what is there; those where these lie on another sheet,
-// at borders and at creases; those around an edge, a disc of 3.5
-// spacings' radius; those that stand for all of a scan where a mean or a median will do.
+// Points that are asked what is at a place: the nearest ones; more at borders and creases, where
+// those may lie on another sheet; around an edge, a disc of 3.5 spacings' radius; and those that
+// stand for all of a scan where a mean or a median will do.
 inline constexpr int kNearPoints = 8, kPointsByBorder = 32, kPointsByEdge = 48,
                      kSampledPoints = 256;
 // Fewer points tell nothing; and nothing of a plane, as that of a patch or of a side of an edge.
