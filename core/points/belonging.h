@@ -24,8 +24,8 @@ inline constexpr double kGapSpacings = 3;
 inline constexpr double kNoiseDeviations = 3;
 
 // Noise in spacings: below kCleanNoise a scan is clean, and each point a point of the surface; up
-// to kLittleNoise its spacing tells more than its noise; from kThickNoiseRatio on the nearest points
-// tell nothing of edges, and what they show of the noise is corrected in full.
+// to kLittleNoise its spacing tells more than its noise; from kThickNoiseRatio on the nearest
+// points tell nothing of edges, and what they show of the noise is corrected in full.
 inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoiseRatio = 0.5;
 
 // Points that are asked what is at a place: the nearest ones; more at borders and creases, where
