@@ -113,12 +113,8 @@ struct MeasuredMesh {
 // Of those that take the most points: a gear of fine teeth, a rough torus, a head of eight pieces;
 // and of even triangles.
 const MeasuredMesh kMeasuredMeshes[] = {
-    {4'800, 9'600, 157.9},
-    {48'000, 96'000, 148.5},
-    {64'215, 117'694, 152.9},
-    {150'152, 300'304, 156.9},
-    {500'000, 1'000'000, 222.4},
-    {2'000'000, 4'000'000, 727.5},
+    {4'800, 9'600, 157.9},     {48'000, 96'000, 148.5},     {64'215, 117'694, 152.9},
+    {150'152, 300'304, 156.9}, {500'000, 1'000'000, 222.4}, {2'000'000, 4'000'000, 727.5},
 };
 
 TEST(MemoryEstimate, OfMeshesToo) {
