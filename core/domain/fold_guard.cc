@@ -38,11 +38,9 @@ std::vector<uint8_t> FindFolds(const DomainSamples& samples, const SampledSurfac
     for (int k = 0; k < 3; ++k) turned |= normal.dot(surface.normals.col(fine.faces(k, face))) <= 0;
     return turned;
   };
-  ParallelFor(samples.control_face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t control_face = begin; control_face < end; ++control_face) {
-      for (int k = 0; k < descendants && folded[control_face] == 0; ++k) {
-        folded[control_face] = is_turned(static_cast<int>(control_face * descendants + k));
-      }
+  ParallelForEach(samples.control_face_count(), kHeavyBlock, context, [&](int64_t control_face) {
+    for (int k = 0; k < descendants && folded[control_face] == 0; ++k) {
+      folded[control_face] = is_turned(static_cast<int>(control_face * descendants + k));
     }
   }).IgnoreError();
   return folded;

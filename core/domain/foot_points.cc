@@ -135,10 +135,9 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
   Resize(samples_.size(), foot_points);
   foot_points->sharp_axes.resize(samples_.sharp.size());
   foot_points->sharp_moves.setZero(3, static_cast<Eigen::Index>(samples_.sharp.size()));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(samples_.size(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) FindFoot(surface, static_cast<int>(i), foot_points);
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples_.size(), kHeavyBlock, context, [&](int64_t i) {
+    FindFoot(surface, static_cast<int>(i), foot_points);
+  }));
   WeighRobustly(foot_points);
   return absl::OkStatus();
 }

@@ -193,10 +193,8 @@ bool SparseGridReader::FindThreeCubed(const Eigen::Vector3i& low, std::array<int
 std::vector<int> SparseGrid::Neighbors(const RunContext& context) const {
   std::vector<int> neighbors(6 * static_cast<size_t>(size_));
   const auto blocks = static_cast<int64_t>(masks_.size());
-  ParallelFor(blocks, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t block = begin; block < end; ++block) {
-      LinkBlock(static_cast<int>(block), &neighbors[6 * static_cast<size_t>(bases_[block])]);
-    }
+  ParallelForEach(blocks, kSearchBlock, context, [&](int64_t block) {
+    LinkBlock(static_cast<int>(block), &neighbors[6 * static_cast<size_t>(bases_[block])]);
   }).IgnoreError();
   return neighbors;
 }

@@ -124,9 +124,8 @@ absl::StatusOr<std::vector<uint8_t>> PlacesWithCompany(const Eigen::Matrix3Xd& p
       return false;
     });
   };
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t place = begin; place < end; ++place) company[place] = has_company(place);
-  }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(
+      count, kLightBlock, context, [&](int64_t place) { company[place] = has_company(place); }));
   return company;
 }
 

@@ -159,14 +159,11 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
     }
     return static_cast<int>(std::max(doubt, 0.0) * kLevels);
   };
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t a = begin; a < end; ++a) {
-          for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
-            levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
-          }
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kLightBlock, context, [&](int64_t a) {
+    for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
+      levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
+    }
+  }));
   SignedUnionFind sets(graph.size());
   RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(
       graph, relations, levels, kLevels, context, [&](int a, int b, uint8_t opposite) {
