@@ -23,13 +23,4 @@ inline constexpr int64_t kHeavyBlock = 64;     // a fit, a walk over the surface
 absl::Status ParallelFor(int64_t count, int64_t block, const RunContext& context,
                          const std::function<void(int64_t begin, int64_t end)>& body);
 
-// The same, calling body(index) for each index.
-template <typename Body>
-absl::Status ParallelForEach(int64_t count, int64_t block, const RunContext& context,
-                             const Body& body) {
-  return ParallelFor(count, block, context, [&body](int64_t begin, int64_t end) {
-    for (int64_t index = begin; index < end; ++index) body(index);
-  });
-}
-
 }  // namespace rilievo

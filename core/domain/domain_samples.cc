@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/loop/quad_topology.h"
 

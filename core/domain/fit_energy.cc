@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/domain/fairness.h"
 

@@ -3,8 +3,9 @@
 #include <Eigen/Geometry>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_ring.h"
 
 namespace rilievo {
 namespace {
@@ -16,10 +17,8 @@ constexpr int kPasses = 5;
 void MarkSupport(const DomainSamples& samples, Eigen::Index face, std::vector<uint8_t>* marks) {
   const VertexRings& rings = samples.control_rings;
   for (int k = 0; k < 3; ++k) {
-    const auto v = static_cast<size_t>(samples.refinement.levels.front().faces(k, face));
-    for (int e = rings.neighbor_begin[v]; e < rings.neighbor_begin[v + 1]; ++e) {
-      (*marks)[static_cast<size_t>(rings.neighbors[static_cast<size_t>(e)])] = 1;
-    }
+    const int v = samples.refinement.levels.front().faces(k, face);
+    for (const int other : RingOf(rings, v)) (*marks)[other] = 1;
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 

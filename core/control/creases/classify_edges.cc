@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 
 namespace rilievo {
 namespace {

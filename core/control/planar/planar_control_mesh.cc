@@ -13,7 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/harmonic_fill.h"

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/control/simplify/collapse_guards.h"

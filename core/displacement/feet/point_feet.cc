@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/solve_settings.h"
 #include "core/surface/closest_point_tree.h"

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/loop/split_normals.h"
 

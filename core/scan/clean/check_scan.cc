@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/morton_order.h"

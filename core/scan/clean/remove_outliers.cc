@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"

@@ -10,6 +10,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/adaptive_patches.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/quadric_residual.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
