@@ -31,8 +31,8 @@ struct SolveSettings {
   // Booleans of scans had spikes of 1 to 5 % of the diagonal. Three times as much changes nothing,
   // ten times as much costs a clean scan 0.4 % of its RMS error.
   double domain_weight = 1e-4;
-  // Where no points are, in control edges: over how many a slope decays, and a height.
-  double slope_range = 1, height_range = 6;
+  // Where no points are, a slope decays over a control edge, and a height over so many.
+  double height_range = 6;
   // Points to a region that has a filter length of its own.
   double region_points = 40;
   // Degrees of freedom that the fit of the domain took for each of its control vertices; they

@@ -32,9 +32,6 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
-// Of points on the triangles of a mesh, where the domain does without heights: a tenth of the 0.01
-// % that conversions are to keep.
-constexpr double kExactRms = 1e-5;
 constexpr int kFewestExact = 24;  // faces
 
 // Of position steps.
@@ -74,7 +71,7 @@ FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64
     const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
     return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
   }
-  return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
+  return {triangles > 0 && triangles < faces ? kExactBorder : 0, kFewestExact};
 }
 
 double PositionStepOf(const ScanSurface& scan, const ReconstructOptions& options,

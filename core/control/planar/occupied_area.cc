@@ -7,6 +7,7 @@
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/plane_frame.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -44,7 +45,7 @@ class LineTransform {
     }
   }
 
-  static constexpr float kFar = 1e18F;
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
 
  private:
   double Crossing(int p, int q) const {
@@ -148,7 +149,7 @@ absl::StatusOr<OccupiedArea> FindOccupiedArea(const Eigen::Matrix2Xd& points,
   OccupiedArea area;
   const Vector2d low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
   area.cell = std::max({median_spacing, (high - low).maxCoeff() / kLargestRaster, 1e-9});
-  const double closing = std::max(1.0, kClosingSpacings * median_spacing / area.cell);  // cells
+  const double closing = std::max(1.0, kGapSpacings * median_spacing / area.cell);  // cells
   const double margin = closing + kWidestSpacing + 2;
   area.origin = low - Vector2d::Constant(margin * area.cell);
   const Vector2d size = (high - low) / area.cell;

@@ -22,6 +22,7 @@
 #include "core/control/planar/plane_lattice.h"
 #include "core/control/planar/sheet_test.h"
 #include "core/control/simplify/relax_mesh.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -120,7 +121,7 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, Bounda
   RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, frame, context));
   const Eigen::Matrix3Xd plane_points =
       frame.axes.transpose() * (cloud.points.colwise() - frame.origin);
-  const double disc = kClosingSpacings * cloud.median_spacing;
+  const double disc = kGapSpacings * cloud.median_spacing;
   RILIEVO_ASSIGN_OR_RETURN(
       OccupiedArea area,
       FindOccupiedArea(plane_points.topRows<2>(), cloud.spacing, cloud.median_spacing,

@@ -94,7 +94,7 @@ Stiffness HeightProblem::StiffnessOf(int level, const std::vector<float>& length
     const double control_edge = std::ldexp(1.0, level);  // in edges of this level
     // On even triangles sum (height[n] - height[v])^2 is three squared edges times the squared
     // slope, and each edge is that of two vertices.
-    const double stretch = 1 / (12 * Square(kSolve.slope_range * control_edge));
+    const double stretch = 1 / (12 * Square(control_edge));
     const double height = 12 * stretch / Square(kSolve.height_range * control_edge);
     stiffness.stretch.resize(stiffness.bend.size());
     stiffness.height.resize(stiffness.bend.size());

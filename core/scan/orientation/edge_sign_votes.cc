@@ -7,6 +7,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -21,7 +22,6 @@ struct Pair {
 };
 
 Pair PairOf(const OrientedCloud& cloud, int a, int b) {
-  constexpr double kNoiseDeviations = 3.0;
   Pair pair;
   pair.chord = cloud.points.col(b) - cloud.points.col(a);
   pair.cosine = cloud.normals.col(a).dot(cloud.normals.col(b));
@@ -39,7 +39,7 @@ double StepHeight(const Pair& pair) {
 }
 
 bool IsStep(const Pair& pair, double spacing) {
-  return std::abs(pair.cosine) > kSheetCosine &&
+  return std::abs(pair.cosine) > kSmoothCosine &&
          StepHeight(pair) > std::max(1.2 * pair.slack, kSheetSpacings * spacing);
 }
 
@@ -97,7 +97,7 @@ double Confidence(const Pair& pair) {
 }
 
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
-  constexpr double kWallWorth = 0.8, kStairWorth = 0.2;
+  constexpr double kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
   // Sheets that face each other have the solid, or the air, between them.
