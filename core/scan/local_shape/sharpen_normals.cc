@@ -131,7 +131,7 @@ struct Sides {
 std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, double start) {
   constexpr int kRounds = 3;
   constexpr double kFar = 0.02;  // weight of a point off both planes
-  constexpr double kFewestOfSide = 4;
+  constexpr double kFewestOfBend = 4;
   constexpr double kMostCost = 1.5;  // a point; of noise alone 1
   const Eigen::Index count = patch.x.size();
   const Values ones = Values::Ones(count);
@@ -149,7 +149,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   }
   const double sum = on_one.sum();
   const double cost = squares.sum();
-  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfSide ||
+  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfBend ||
       cost > kMostCost * static_cast<double>(count - kQuadricTerms) ||
       one.normal.dot(two.normal) > kSmoothCosine) {
     return std::nullopt;
