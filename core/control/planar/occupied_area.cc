@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kDiscSpacings = 0.9;    // radius of the disc a point covers, in its own spacings
+constexpr double kOwnDisc = 0.9;         // radius of the disc a point covers, in its own spacings
 constexpr double kLargestRaster = 1000;  // cells along a side
 
 // Squared distances to the nearest source along one line, as the lower envelope of parabolas
@@ -77,7 +77,7 @@ absl::Status CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>
   return SerialFor(points.cols(), context, [&](int64_t i) {
     const Vector2d at = (points.col(i) - area->origin) / area->cell;
     const double radius =
-        std::min(kDiscSpacings * spacing[i], kWidestSpacing * median_spacing) / area->cell;
+        std::min(kOwnDisc * spacing[i], kWidestSpacing * median_spacing) / area->cell;
     const int reach = static_cast<int>(std::ceil(radius));
     const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
     for (int r = std::max(0, row - reach); r <= std::min(area->rows - 1, row + reach); ++r) {
