@@ -41,11 +41,9 @@ struct SolveSettings {
   // The filter that flat triangles are by themselves, in edges; measured by the trace of the fit
   // (Hutchinson 1990) where an edge is about a spacing.
   double filter_of_edge = 0.24;
-  // A region that one control vertex serves has at least so many points.
-  double least_points = 3;
-  // Residual at which a point's weight is a quarter, in the larger of its noise and `least_noise`
+  // Residual at which a point's weight is a quarter, in the larger of its noise and kLittleNoise
   // spacings.
-  double robust_residual = 5, least_noise = 0.15;
+  double robust_residual = 5;
   // Conjugate gradients: steps on each level, and where heights are only to be compared; and the
   // residual, relative to the right side, that ends them.
   int steps = 40, trial_steps = 10;

@@ -23,11 +23,25 @@ inline constexpr double kGapSpacings = 3;
 // Deviations of noise that explain a distance.
 inline constexpr double kNoiseDeviations = 3;
 
-// Points nearest to a place that are asked what is there; the fewest that make out a side of an
-// edge.
-inline constexpr int kNearPoints = 8, kFewestOfSide = 6;
+// Noise in spacings: below kCleanNoise a scan is clean, and each point a point of the surface; up
+// to kLittleNoise its spacing tells more than its noise; above kThickNoiseRatio the nearest points
+// tell the noise too small, and nothing of edges.
+inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoiseRatio = 0.5;
+
+// Points nearest to a place that are asked what is there; those around an edge, a disc of 3.5
+// spacings' radius; those that stand for all of a scan where a mean or a median will do.
+inline constexpr int kNearPoints = 8, kPointsByEdge = 48, kSampledPoints = 256;
+// Fewer points tell nothing; and nothing of a plane, as that of a patch or of a side of an edge.
+inline constexpr int kFewestWitnesses = 3, kFewestOfPlane = 6;
+// Rounds in which points and sides find each other.
+inline constexpr int kSideRounds = 4;
+// Twice the log-likelihood ratio from which two sides are sure, against one smooth surface; and the
+// deviations from them, in noises, beyond which the points lie on no two sides at all.
+inline constexpr double kSureEvidence = 20, kNoisesOffSides = 1.25;
 
 // What sums in double leave of a difference that is none, relative.
 inline constexpr double kRounding = 1e-9;
+// What moves by less of the diagonal has come to rest.
+inline constexpr double kAtRest = 1e-8;
 
 }  // namespace rilievo

@@ -21,7 +21,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kFewestPoints = 32, kMostPoints = 128;
-constexpr int kRounds = 4;
 
 // How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
 // searched for in vain.
@@ -50,7 +49,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   }
   if (seed == count) return;
   Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSideRounds; ++round) {
     const double width = (round == 0 ? 2.0 : 1.0) * std::max(2 * noise, 0.3 * spacing);
     Vector3d sum = Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
@@ -69,7 +68,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
       weights += weight;
       ++members;
     }
-    if (members < kFewestOfSide) return;
+    if (members < kFewestOfPlane) return;
     const Vector3d mean = sum / weights;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(squares / weights - mean * mean.transpose());

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/points/belonging.h"
-#include "core/scan/local_shape/height_field.h"
+#include "core/points/height_field.h"
 
 namespace rilievo {
 namespace {
@@ -102,7 +102,7 @@ HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights
 // Weights of the points within the coarse tolerance: 1 / h^2, under which least squares are those
 // of the logarithm.
 Heights Weights(const Heights& heights, const Tolerance& tolerance, const Patch& patch) {
-  constexpr double kFlatten = 9;  // no single point decides
+  constexpr double kFlatten = kNoiseDeviations * kNoiseDeviations;  // no single point decides
   constexpr double kNone = 1e-9;
   return patch.ones() *
          (heights.square() < tolerance.coarse)

@@ -15,7 +15,7 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/points/belonging.h"
-#include "core/scan/local_shape/height_field.h"
+#include "core/points/height_field.h"
 
 namespace rilievo {
 namespace {

@@ -50,7 +50,6 @@ double PairSpacing(const OrientedCloud& cloud, int a, int b) {
 // In [0, 1]: 1 when the points beyond a step lie all around, as the far side of a thin wall does,
 // near 0 when on one side only, as behind the edge of a stair, or when there are next to none.
 float Overlap(const OrientedCloud& cloud, int a, std::span<const int> around) {
-  constexpr int kFewest = 3;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   const Eigen::Vector3d normal = cloud.normals.col(a);
@@ -60,7 +59,7 @@ float Overlap(const OrientedCloud& cloud, int a, std::span<const int> around) {
     sum += (pair.chord - pair.height_a * normal).normalized();
     ++count;
   }
-  return count < kFewest ? 0.0f : static_cast<float>(1 - sum.norm() / count);
+  return count < kFewestWitnesses ? 0.0f : static_cast<float>(1 - sum.norm() / count);
 }
 
 // The normal of one end, reflected at the bisector plane of the chord, is the normal of the other

@@ -82,7 +82,7 @@ class FaceSearch {
     double weight;  // > 0 where the normals that were given agree
   };
 
-  bool IsFew(int patch) const { return members_[patch].size() < kFewestOfPatch; }
+  bool IsFew(int patch) const { return members_[patch].size() < kFewestOfPlane; }
 
   double PresentWeight(int patch, const Link& link) const {
     return sign_[patch] * sign_[link.to] * link.weight;
@@ -222,16 +222,14 @@ class FaceSearch {
   // Patches of the window to turn; none after a stop request.
   std::vector<int> Search(const std::vector<int>& window, const WindingField& field,
                           const RunContext& context) const {
-    constexpr int kMostPasses = 8;
     constexpr size_t kMostFaces = 1500;  // the agreements between them are held in a square
     const std::vector<DipolePatch> faces = FacesOf(window);
     if (faces.size() > kMostFaces) return {};
     const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
-    for (int pass = 0; pass < kMostPasses; ++pass) {
+    const double least_gain = kRounding * agreements.cwiseAbs().sum();
+    while (KernighanLinPass(agreements, &signs) > least_gain) {
       if (!context.CheckStop().ok()) return {};
-      const double gain = KernighanLinPass(agreements, &signs);
-      if (gain <= kRounding * agreements.cwiseAbs().sum()) break;
     }
     signs *= signs[signs.size() - 1];  // the rest stays
     return SureGains(faces, agreements, signs);

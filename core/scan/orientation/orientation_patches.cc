@@ -72,7 +72,7 @@ struct Votes {
 bool FaceEachOther(const Disc& a, const Disc& b, const Votes& votes) {
   constexpr double kThicknesses = 1.5;
   constexpr double kOverlap = 0.6;  // of the radii together
-  if (std::min(a.points, b.points) < kFewestOfPatch) return false;
+  if (std::min(a.points, b.points) < kFewestOfPlane) return false;
   const double cosine = a.normal.dot(b.normal);
   if (std::abs(cosine) < kSmoothCosine) return false;
   const Eigen::Vector3d chord = b.center - a.center;

@@ -12,9 +12,6 @@
 
 namespace rilievo {
 
-// Patches of fewer points have no plane to speak of.
-inline constexpr int kFewestOfPatch = 6;
-
 struct OrientationPatches {
   std::vector<int> patch;       // by point
   std::vector<uint8_t> parity;  // by point: 1 when opposite to the first of the patch
