@@ -1,13 +1,10 @@
 #include "core/scan/local_shape/patch_moments.h"
 
-#include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
 #include <algorithm>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -19,18 +16,6 @@ Vector6d OuterProduct(const Eigen::Vector3d& v) {
   Vector6d outer;
   outer << v.x() * v.x(), v.x() * v.y(), v.x() * v.z(), v.y() * v.y(), v.y() * v.z(), v.z() * v.z();
   return outer;
-}
-
-// The unit frame in float: 3e-8 of the diagonal, a hundredth of the finest spacing of a scan of
-// 10^9 points. PCL's sums run in double.
-pcl::PointCloud<pcl::PointXYZ> PclCloud(const Eigen::Matrix3Xd& points) {
-  pcl::PointCloud<pcl::PointXYZ> cloud;
-  cloud.reserve(static_cast<size_t>(points.cols()));
-  for (int64_t i = 0; i < points.cols(); ++i) {
-    const Eigen::Vector3f p = points.col(i).cast<float>();
-    cloud.push_back(pcl::PointXYZ(p.x(), p.y(), p.z()));
-  }
-  return cloud;
 }
 
 }  // namespace
@@ -49,30 +34,21 @@ PatchPlane FitPlane(const PatchMoments& moments) {
   return plane;
 }
 
+PatchMoments MomentsOf(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors) {
+  PatchSum sum;
+  sum.Add(PatchMoments(), Eigen::Vector3d::Zero());
+  for (const int j : neighbors) sum.Add(PatchMoments(), points.col(j) - points.col(center));
+  return sum.Mean();
+}
+
 absl::StatusOr<std::vector<PatchMoments>> ComputePatchMoments(const Eigen::Matrix3Xd& points,
                                                               const NeighborGraph& graph,
                                                               const RunContext& context) {
-  const pcl::PointCloud<pcl::PointXYZ> cloud = PclCloud(points);
   std::vector<PatchMoments> result(static_cast<size_t>(points.cols()));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        pcl::Indices patch;
-        Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-        Eigen::Vector4d mean = Eigen::Vector4d::Zero();
-        for (int64_t i = begin; i < end; ++i) {
-          const auto neighbors = graph.neighbors(static_cast<int>(i));
-          patch.assign(1, static_cast<int>(i));
-          patch.insert(patch.end(), neighbors.begin(), neighbors.end());
-          pcl::computeMeanAndCovarianceMatrix(cloud, patch, covariance, mean);
-          const pcl::PointXYZ& own = cloud[i];
-          result[i].mean_offset =
-              (mean.head<3>() - Eigen::Vector3d(own.x, own.y, own.z)).cast<float>();
-          result[i].covariance << static_cast<float>(covariance(0, 0)),
-              static_cast<float>(covariance(0, 1)), static_cast<float>(covariance(0, 2)),
-              static_cast<float>(covariance(1, 1)), static_cast<float>(covariance(1, 2)),
-              static_cast<float>(covariance(2, 2));
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(points.cols(), kSearchBlock, context, [&](int64_t i) {
+    const int center = static_cast<int>(i);
+    result[i] = MomentsOf(points, center, graph.neighbors(center));
+  }));
   return result;
 }
 

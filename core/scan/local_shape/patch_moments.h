@@ -27,7 +27,10 @@ struct PatchPlane {
 };
 PatchPlane FitPlane(const PatchMoments& moments);
 
-// Moments of each point together with its neighbours, by PCL.
+// Moments of a point together with its neighbours.
+PatchMoments MomentsOf(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors);
+
+// Those of each point.
 absl::StatusOr<std::vector<PatchMoments>> ComputePatchMoments(const Eigen::Matrix3Xd& points,
                                                               const NeighborGraph& graph,
                                                               const RunContext& context);

@@ -1,12 +1,13 @@
 #include "core/scan/local_shape/two_sheets.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/scan/local_shape/otsu_threshold.h"
+#include "core/scan/local_shape/patch_moments.h"
 
 namespace rilievo {
 namespace {
@@ -23,22 +24,16 @@ SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<c
                                      double radius)
     : count_(static_cast<int>(nearest.size())) {
   std::copy(nearest.begin(), nearest.end(), around_.begin());
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (int i = 0; i < count_; ++i) mean += points.col(around_[i]) / count_;
-  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < count_; ++i) {
-    const Eigen::Vector3d offset = points.col(around_[i]) - mean;
-    moments.noalias() += offset * offset.transpose();
-  }
   if (!(radius > 0)) return;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
-  axes.computeDirect(moments);
+  const PatchMoments moments = MomentsOf(points, nearest[0], nearest.subspan(1));
+  const Eigen::Vector3d mean = points.col(nearest[0]) + moments.mean_offset.cast<double>();
+  const Eigen::Vector3d axis = FitPlane(moments).normal;
+  const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
   for (int i = 0; i < count_; ++i) {
-    const Eigen::Vector3d local =
-        axes.eigenvectors().transpose() * (points.col(around_[i]) - mean) / radius;
-    const double x = local[2], y = local[1];
+    const Eigen::Vector3d local = (points.col(around_[i]) - mean) / radius;
+    const double x = u.dot(local), y = v.dot(local);
     rows_[i] << 1, x, y, x * x, x * y, y * y;
-    heights_[i] = local[0];
+    heights_[i] = axis.dot(local);
   }
   usable_ = true;
 }
