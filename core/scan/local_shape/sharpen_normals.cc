@@ -22,13 +22,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kPoints = 48;
-constexpr int kFewestPoints = 16;
 // Squared noises from which a point counts no more.
 constexpr double kBeyond = kNoiseDeviations * kNoiseDeviations;
-constexpr double kClearly = 20;  // squared noises that two planes must save
 
-using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPoints, 1>;
+using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPointsByEdge, 1>;
 
 // Points as seen from the first of them, in its noise.
 struct ScaledPatch {
@@ -102,7 +99,7 @@ std::optional<Quadric> FitQuadric(const ScaledPatch& patch) {
   const Vector3d u = up.unitOrthogonal(), v = up.cross(u);
   const Values x = patch.Along(u) / radius, y = patch.Along(v) / radius;
   const Values z = patch.Along(up) / radius;
-  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kPoints, 6> rows(count, 6);
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kPointsByEdge, 6> rows(count, 6);
   rows << Values::Ones(count), x, y, x * x, x * y, y * y;
   Eigen::Matrix<double, 6, 6> gram = rows.transpose().lazyProduct(rows);
   gram.diagonal().array() += kRidge;
@@ -129,15 +126,13 @@ struct Sides {
 
 // From the points beyond `start` across the bend and those before it.
 std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, double start) {
-  constexpr int kRounds = 3;
+  constexpr int kFewestOfBend = 4;
   constexpr double kFar = 0.02;  // weight of a point off both planes
-  constexpr double kFewestOfBend = 4;
-  constexpr double kMostCost = 1.5;  // a point; of noise alone 1
   const Eigen::Index count = patch.x.size();
   const Values ones = Values::Ones(count);
   Values on_one = (quadric.across > start).cast<double>(), weights = ones, squares;
   Plane one, two;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSideRounds; ++round) {
     const Moments all(patch, weights), of_one(patch, weights * on_one);
     one = FitPlane(of_one, quadric.up);
     two = FitPlane(all - of_one, quadric.up);
@@ -150,7 +145,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   const double sum = on_one.sum();
   const double cost = squares.sum();
   if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfBend ||
-      cost > kMostCost * static_cast<double>(count - kQuadricTerms) ||
+      cost > kNoisesOffSides * kNoisesOffSides * static_cast<double>(count - kQuadricTerms) ||
       one.normal.dot(two.normal) > kSmoothCosine) {
     return std::nullopt;
   }
@@ -169,7 +164,7 @@ struct Crease {
 
 // None where no two planes save more than `least`: they save no more than the quadric costs.
 std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
-  if (patch.x.size() < kFewestPoints) return std::nullopt;
+  if (patch.x.size() < 2 * kFewestOfPlane) return std::nullopt;
   const auto quadric = FitQuadric(patch);
   if (!quadric || quadric->cost <= least) return std::nullopt;
   std::optional<Crease> best;
@@ -201,7 +196,7 @@ class Neighborhood {
     const Vector3d at = points.col(center);
     nearest_.clear();
     for (const int j : around_) nearest_.emplace_back((points.col(j) - at).squaredNorm(), j);
-    const size_t count = std::min<size_t>(kPoints, nearest_.size());
+    const size_t count = std::min<size_t>(kPointsByEdge, nearest_.size());
     std::partial_sort(nearest_.begin(), nearest_.begin() + static_cast<int64_t>(count),
                       nearest_.end());
     ScaledPatch patch{Values(count), Values(count), Values(count)};
@@ -243,8 +238,9 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEd
           const auto [point, noise] = near_edge[i];
           const ScaledPatch patch = neighborhood->Around(cloud->points, graph, point, noise);
           const Eigen::Index count = patch.x.size();
-          auto best = FindCrease(patch, kClearly);
-          const auto narrow = FindCrease(patch.First(count / 2), best ? best->saved : kClearly);
+          auto best = FindCrease(patch, kSureEvidence);
+          const auto narrow =
+              FindCrease(patch.First(count / 2), best ? best->saved : kSureEvidence);
           if (narrow) best = narrow;
           if (!best) continue;
           const Vector3d sum = neighborhood->Sum(cloud->normals, best->on_side);
