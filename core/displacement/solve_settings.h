@@ -10,9 +10,8 @@ struct FeetSettings {
   double arrived = 1e-2;  // distance from the point, in edges
   double outside = 1e-4;  // barycentric coordinate below 0 that still counts as inside
   double farthest = 50;   // barycentric coordinates of a step that diverged
-  // To points that have no prism: the length of the way, in spacings, and the least cosine between
-  // it and the limit normal.
-  double farthest_way = 4, along_way = 0.5;
+  // To points that have no prism: the least cosine between the way and the limit normal.
+  double along_way = 0.5;
   static constexpr int tries = 24;  // nearest triangles from which a walk begins
 };
 inline constexpr FeetSettings kFeet;

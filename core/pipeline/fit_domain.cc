@@ -19,18 +19,17 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
+#include "core/points/belonging.h"
 #include "core/scan/local_shape/thick_noise.h"
 
 namespace rilievo {
 namespace {
 
 constexpr double kShareOfFaces = 0.21;
-constexpr int kFewestFaces = 100;
-constexpr double kLeastNoiseSpacings = 0.08;
 // RMS distance of the points from the domain, in standard deviations of their noise. At a fifth of
 // the faces smooth objects came to 1.14 under little noise, of which the nearest points show too
-// little, and to 1.04 at most from the ratio to the spacing on at which its scale is known
-// (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
+// little, and to 1.04 at most above kUnderstatedNoise, where its scale is known; thin walls and
+// detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr int kFewestExact = 24;  // faces
 
@@ -66,10 +65,10 @@ struct FewFaces {
 };
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
-  if (noise >= kLeastNoiseSpacings * spacing) {
+  if (noise >= kCleanNoise * spacing) {
     const bool known = noise > kUnderstatedNoise * spacing;
     const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
-    return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
+    return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestTriedFaces, a_fifth)};
   }
   return {triangles > 0 && triangles < faces ? kExactBorder : 0, kFewestExact};
 }

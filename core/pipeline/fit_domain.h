@@ -13,6 +13,9 @@
 
 namespace rilievo {
 
+// Of the control meshes that are tried.
+inline constexpr int kFewestTriedFaces = 40;
+
 // No heights take up the rounding of control points where there are no points.
 inline constexpr double kStepWhereFilled = 1e-3;
 

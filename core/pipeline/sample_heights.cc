@@ -14,6 +14,7 @@
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -25,13 +26,12 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    "; lower max_level or target_faces"));
 }
 
-// Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
-// smoother.
+// Points whose noise is more than a third of their spacing are worth fewer: what they show together
+// is smoother.
 int ChooseLevel(const ReconstructOptions& options, int64_t points, double spacing, double noise,
                 int64_t control_faces) {
   if (options.max_level) return *options.max_level;
-  constexpr double kNoises = 2.5;
-  const double blur = std::max(1.0, kNoises * noise / spacing);
+  const double blur = std::max(1.0, kNoiseDeviations * noise / spacing);
   int level = LevelAsDenseAs(static_cast<double>(points) / (blur * blur), control_faces);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;

@@ -12,7 +12,6 @@ namespace rilievo {
 namespace {
 
 constexpr double kRatio = 0.4;
-constexpr int kFewestFaces = 40;
 constexpr double kNone = -2, kGivenMesh = -1, kHalf = 0.5;  // steps
 constexpr double kStepRatio = 1.5;                          // of position steps
 constexpr double kAlike = 1.01;                             // errors
@@ -49,7 +48,7 @@ class Search {
     RILIEVO_RETURN_IF_ERROR(Try(first));
     int step = first;
     // Fewer faces while they win, else more.
-    while (FacesAt(step + 1) >= kFewestFaces && best_step_ == (best_ ? step : kNone)) {
+    while (FacesAt(step + 1) >= kFewestTriedFaces && best_step_ == (best_ ? step : kNone)) {
       RILIEVO_RETURN_IF_ERROR(Try(++step));
     }
     // What no coarser mesh could keep, a finer one cannot.
@@ -77,10 +76,11 @@ class Search {
   }
 
   int FirstRung() const {
-    int step = FacesAt(1) >= kFewestFaces ? 1 : 0;
+    int step = FacesAt(1) >= kFewestTriedFaces ? 1 : 0;
     if (!options_.encode.max_bytes) return step;
     // A control mesh with its header takes a byte a face at least.
-    while (FacesAt(step + 1) >= kFewestFaces && FacesAt(step) > *options_.encode.max_bytes) ++step;
+    while (FacesAt(step + 1) >= kFewestTriedFaces && FacesAt(step) > *options_.encode.max_bytes)
+      ++step;
     return step;
   }
 
@@ -88,7 +88,7 @@ class Search {
   absl::Status TryBeside(double part) {
     const double middle = best_step_;
     for (const double between : {middle + part, middle - part}) {
-      if (best_ && between > 0 && FacesAt(between) >= kFewestFaces) {
+      if (best_ && between > 0 && FacesAt(between) >= kFewestTriedFaces) {
         RILIEVO_RETURN_IF_ERROR(Try(between));
       }
     }

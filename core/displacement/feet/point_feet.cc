@@ -10,6 +10,7 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/solve_settings.h"
+#include "core/points/belonging.h"
 #include "core/surface/closest_point_tree.h"
 #include "core/surface/triangle_distance.h"
 
@@ -171,7 +172,7 @@ class PointReacher {
     const double length = way.off.norm();
     // The spacing at the surface: an outlier's own is large.
     const double most =
-        kFeet.farthest_way * std::max<double>(spacing_[way.corner[0]], cloud_.median_spacing);
+        kGapSpacings * std::max<double>(spacing_[way.corner[0]], cloud_.median_spacing);
     if (!(length > 0) || length > most || EndsOnRim(way)) return PointFoot();
     PointFoot foot;
     foot.corner = way.corner;
