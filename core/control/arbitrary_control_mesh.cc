@@ -9,8 +9,8 @@
 #include "core/control/implicit/implicit_function.h"
 #include "core/control/implicit/marching_cubes.h"
 #include "core/control/shape_control_mesh.h"
+#include "core/control/simplify/mesh_subset.h"
 #include "core/control/simplify/simplify_mesh.h"
-#include "core/control/topology/mesh_subset.h"
 #include "core/control/topology/remove_handles.h"
 #include "core/control/topology/trim_surface.h"
 

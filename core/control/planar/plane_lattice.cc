@@ -7,20 +7,22 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
-#include <numeric>
-#include <utility>
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/simplify/collapse_guards.h"
+#include "core/control/simplify/mesh_subset.h"
 #include "core/control/simplify/relax_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
+#include "core/geometry/connected_parts.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Face = std::array<int, 3>;
 using SlotFace = std::array<int64_t, 3>;
 
 constexpr int kSmallestIsland = 6;     // faces
@@ -104,130 +106,39 @@ ControlMesh WithVertices(const Lattice& lattice, const std::vector<SlotFace>& sl
   return mesh;
 }
 
-int Root(std::vector<int>* parent, int i) {
-  while ((*parent)[i] != i) i = (*parent)[i] = (*parent)[(*parent)[i]];
-  return i;
-}
-
-// The faces of `around` (all hold `vertex`) that do not belong to the largest fan.
-std::vector<int> SmallerFans(const std::vector<Face>& faces, const std::vector<int>& around,
-                             int vertex) {
-  const int count = static_cast<int>(around.size());
-  std::vector<int> parent(around.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < i; ++j) {
-      int shared = 0;
-      for (const int v : faces[around[i]]) {
-        const Face& other = faces[around[j]];
-        shared += v != vertex && std::find(other.begin(), other.end(), v) != other.end() ? 1 : 0;
-      }
-      if (shared > 0) parent[Root(&parent, i)] = Root(&parent, j);
-    }
-  }
-  std::vector<int> size(around.size(), 0);
-  for (int i = 0; i < count; ++i) ++size[Root(&parent, i)];
-  const auto largest = static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
-  std::vector<int> smaller;
-  for (int i = 0; i < count; ++i) {
-    if (Root(&parent, i) != largest) smaller.push_back(around[i]);
-  }
-  return smaller;
-}
-
-void Erase(const std::vector<uint8_t>& erased, std::vector<Face>* faces) {
-  size_t kept = 0;
-  for (size_t f = 0; f < faces->size(); ++f) {
-    if (erased[f] == 0) (*faces)[kept++] = (*faces)[f];
-  }
-  faces->resize(kept);
-}
-
-// Until no vertex joins two fans.
-void RemoveBowTies(int vertex_count, std::vector<Face>* faces) {
-  for (bool changed = true; changed;) {
-    std::vector<std::vector<int>> around(static_cast<size_t>(vertex_count));
-    for (size_t f = 0; f < faces->size(); ++f) {
-      for (const int v : (*faces)[f]) around[v].push_back(static_cast<int>(f));
-    }
-    std::vector<uint8_t> erased(faces->size(), 0);
-    changed = false;
-    for (int v = 0; v < vertex_count; ++v) {
-      if (around[v].size() < 2) continue;
-      for (const int f : SmallerFans(*faces, around[v], v)) {
-        erased[f] = 1;
-        changed = true;
-      }
-    }
-    Erase(erased, faces);
-  }
-}
-
-void RemoveIslands(int vertex_count, std::vector<Face>* faces) {
-  std::vector<int> parent(static_cast<size_t>(vertex_count));
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const Face& face : *faces) {
-    parent[Root(&parent, face[0])] = Root(&parent, face[1]);
-    parent[Root(&parent, face[1])] = Root(&parent, face[2]);
-  }
-  std::vector<int> size(static_cast<size_t>(vertex_count), 0);
-  for (const Face& face : *faces) ++size[Root(&parent, face[0])];
-  std::vector<uint8_t> erased(faces->size());
-  for (size_t f = 0; f < faces->size(); ++f) {
-    erased[f] = size[Root(&parent, (*faces)[f][0])] < kSmallestIsland ? 1 : 0;
-  }
-  Erase(erased, faces);
-}
-
-// Of `mesh` these faces, and the vertices they use.
-ControlMesh Compact(const ControlMesh& mesh, const std::vector<Face>& faces) {
-  std::vector<int> renumbered(static_cast<size_t>(mesh.vertices.cols()), -1);
-  for (const Face& face : faces) {
-    for (const int v : face) renumbered[v] = 0;
-  }
-  ControlMesh compact;
-  int count = 0;
-  compact.vertices.resize(3, std::count(renumbered.begin(), renumbered.end(), 0));
-  for (size_t v = 0; v < renumbered.size(); ++v) {
-    if (renumbered[v] < 0) continue;
-    compact.vertices.col(count) = mesh.vertices.col(static_cast<int64_t>(v));
-    renumbered[v] = count++;
-  }
-  compact.faces.resize(3, static_cast<int64_t>(faces.size()));
-  for (size_t f = 0; f < faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k) compact.faces(k, static_cast<int64_t>(f)) = renumbered[faces[f][k]];
-  }
-  return compact;
+// Without the parts of fewer faces than an island has; where only a vertex joins two, each has one
+// of its own.
+absl::StatusOr<ControlMesh> WithoutSpecks(const ControlMesh& lattice) {
+  const ControlMesh mesh = SplitFans(lattice).mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  std::vector<uint8_t> keep(static_cast<size_t>(mesh.faces.cols()), 1);
+  int parts = 0;
+  const std::vector<int> part = ConnectedParts(
+      keep, [&](int f) { return topology.face_neighbors.col(f); }, &parts);
+  std::vector<int> size(static_cast<size_t>(parts), 0);
+  for (const int p : part) ++size[p];
+  for (size_t f = 0; f < keep.size(); ++f) keep[f] = size[part[f]] >= kSmallestIsland;
+  return KeepFaces(mesh, keep).mesh;
 }
 
 double SignedRoundness(const ControlMesh& mesh, int face) {
-  const Vector3d a = mesh.vertices.col(mesh.faces(0, face));
-  const Vector3d b = mesh.vertices.col(mesh.faces(1, face));
-  const Vector3d c = mesh.vertices.col(mesh.faces(2, face));
-  const double edges = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
-  return 2 * std::numbers::sqrt3 * (b - a).cross(c - a).z() / edges;
+  const Eigen::Matrix3d corners = mesh.vertices(Eigen::all, mesh.faces.col(face));
+  const Vector3d cross = FaceCross(mesh.vertices, mesh.faces, face);
+  return std::copysign(Roundness(corners.col(0), corners.col(1), corners.col(2), cross), cross.z());
 }
 
 // Moves boundary vertices along the depth's slope to where it is zero, as far as the faces allow.
-void DrawToBorder(const OccupiedArea& area, double edge, ControlMesh* mesh) {
-  const auto vertex_count = static_cast<size_t>(mesh->vertices.cols());
-  std::vector<std::vector<int>> around(vertex_count);
-  std::vector<std::pair<int, int>> edges;
-  for (int f = 0; f < mesh->faces.cols(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      around[mesh->faces(k, f)].push_back(f);
-      edges.push_back(std::minmax(mesh->faces(k, f), mesh->faces((k + 1) % 3, f)));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  std::vector<uint8_t> boundary(vertex_count, 0);
-  for (size_t i = 0, j = 0; i < edges.size(); i = j) {
-    for (j = i + 1; j < edges.size() && edges[j] == edges[i];) ++j;
-    if (j == i + 1) boundary[edges[i].first] = boundary[edges[i].second] = 1;
+absl::Status DrawToBorder(const OccupiedArea& area, double edge, ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
+  std::vector<std::vector<int>> around(static_cast<size_t>(topology.vertex_count));
+  for (int f = 0; f < topology.face_count(); ++f) {
+    for (const int v : topology.faces.col(f)) around[v].push_back(f);
   }
   const double step = area.cell;
-  for (int v = 0; v < static_cast<int>(vertex_count); ++v) {
-    if (boundary[v] == 0) continue;
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    if (topology.boundary_vertex[v] == 0) continue;
     const Vector2d start = mesh->vertices.col(v).head<2>();
     Vector2d target = start;
     for (int round = 0; round < 3; ++round) {
@@ -248,6 +159,7 @@ void DrawToBorder(const OccupiedArea& area, double edge, ControlMesh* mesh) {
       mesh->vertices.col(v).head<2>() = start;
     }
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -257,20 +169,14 @@ absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edg
   const Lattice lattice(area, edge);
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SlotFace> slot_faces,
                            FacesInside(lattice, area, context));
-  const ControlMesh whole = WithVertices(lattice, slot_faces);
-  std::vector<Face> faces;
-  faces.reserve(slot_faces.size());
-  for (const auto face : whole.faces.colwise()) faces.push_back({face[0], face[1], face[2]});
-  RemoveBowTies(static_cast<int>(whole.vertices.cols()), &faces);
-  RemoveIslands(static_cast<int>(whole.vertices.cols()), &faces);
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh, WithoutSpecks(WithVertices(lattice, slot_faces)));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  ControlMesh mesh = Compact(whole, faces);
-  if (faces.empty()) return mesh;
-  DrawToBorder(area, edge, &mesh);
+  if (mesh.faces.cols() == 0) return mesh;
+  RILIEVO_RETURN_IF_ERROR(DrawToBorder(area, edge, &mesh));
   RelaxTangentially(&mesh, kLatticeRounds);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ImproveValence(&mesh);
-  DrawToBorder(area, edge, &mesh);
+  RILIEVO_RETURN_IF_ERROR(DrawToBorder(area, edge, &mesh));
   RelaxTangentially(&mesh, kLatticeRounds);
   return mesh;
 }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/control/topology/mesh_subset.h"
+#include "core/control/simplify/mesh_subset.h"
 #include "core/control/topology/surface_support.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/vertex_normals.h"

@@ -9,7 +9,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
-#include "core/control/topology/mesh_subset.h"
+#include "core/control/simplify/mesh_subset.h"
 #include "core/control/topology/surface_support.h"
 #include "core/geometry/connected_parts.h"
 #include "core/geometry/half_edges.h"

@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-#include "core/control/topology/mesh_subset.h"
+#include "core/control/simplify/mesh_subset.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 

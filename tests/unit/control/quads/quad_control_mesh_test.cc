@@ -8,8 +8,8 @@
 #include <numeric>
 #include <string>
 
+#include "core/control/simplify/mesh_subset.h"
 #include "core/control/simplify/simplify_mesh.h"
-#include "core/control/topology/mesh_subset.h"
 #include "core/loop/refinement.h"
 #include "tests/unit/control/control_test_meshes.h"
 #include "tests/unit/loop/crease_meshes.h"

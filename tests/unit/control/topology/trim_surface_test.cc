@@ -4,7 +4,7 @@
 
 #include "core/control/implicit/implicit_function.h"
 #include "core/control/implicit/marching_cubes.h"
-#include "core/control/topology/mesh_subset.h"
+#include "core/control/simplify/mesh_subset.h"
 #include "core/geometry/mesh_topology.h"
 #include "tests/unit/control/oriented_shapes.h"
 

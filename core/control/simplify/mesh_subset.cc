@@ -1,4 +1,4 @@
-#include "core/control/topology/mesh_subset.h"
+#include "core/control/simplify/mesh_subset.h"
 
 #include <algorithm>
 #include <numeric>
