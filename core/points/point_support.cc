@@ -1,15 +1,20 @@
 #include "core/points/point_support.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rilievo {
 
-bool HasSupport(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place,
-                double spacings) {
+double SupportReach(const OrientedCloud& cloud, int point) {
+  constexpr double kSpacings = 1.6, kNoises = 4;
+  return std::max<double>(kSpacings * cloud.spacing[point], kNoises * cloud.noise[point]);
+}
+
+bool HasSupport(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place) {
   int nearest = 0;
   double square = 0;
   index.Nearest(place, 1, &nearest, &square);
-  return std::sqrt(square) < spacings * cloud.spacing[nearest] + cloud.noise[nearest];
+  return std::sqrt(square) <= SupportReach(cloud, nearest);
 }
 
 }  // namespace rilievo

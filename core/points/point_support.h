@@ -8,10 +8,11 @@
 
 namespace rilievo {
 
-// A crease or corner lies about a spacing from the points of its sides; the crossing of planes that
-// meet flatly may lie anywhere. True within so many `spacings` and a deviation of noise of the
-// point nearest to `place` (unit frame). `index` holds the points of `cloud`.
-bool HasSupport(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place,
-                double spacings);
+// How far from a point the surface may lie: 1.6 of its spacings, or four times its noise.
+double SupportReach(const OrientedCloud& cloud, int point);
+
+// Whether `place` (unit frame) is within reach of the point nearest to it. `index` holds the points
+// of `cloud`.
+bool HasSupport(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place);
 
 }  // namespace rilievo

@@ -14,9 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Pull to the neighbours' mean against the planes of the faces: holds a 90 degree crease to a few
-// hundredths of an edge and lets flat parts move freely.
-constexpr double kPull = 0.01;
 constexpr int kShapeRounds = 2, kRelaxRounds = 3;
 
 Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
@@ -73,6 +70,8 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
   return quadric.Minimum(position);
 }
 
+}  // namespace
+
 bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v,
                        const Vector3d& moved) {
   bool upright = true;
@@ -85,8 +84,6 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
   });
   return upright;
 }
-
-}  // namespace
 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
   RunContext alone;

@@ -5,6 +5,16 @@
 
 namespace rilievo {
 
+class HalfEdgeMesh;
+
+// Whether no face around `vertex` of `mesh`, whose half-edges are given, turns over when it moves.
+bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int vertex,
+                       const Eigen::Vector3d& moved);
+
+// Weight of the place where a vertex would be, beside those of the planes that hold it: holds a 90
+// degree crease to a few hundredths of an edge and lets flat parts move freely.
+inline constexpr double kPull = 0.01;
+
 // `rounds` of Laplacian smoothing in the tangent plane: each vertex moves to the place of the least
 //   sum over its faces of area (n . (x - v))^2 + weight * area |x - g|^2,
 // where the planes (n, v) are those of the mesh as it was given, boundary edges adding upright

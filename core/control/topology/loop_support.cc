@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "core/points/belonging.h"
+#include "core/points/point_support.h"
 
 namespace rilievo {
 namespace {
 
-constexpr double kFewestAround = 6;  // points
-constexpr double kSeenSpacings = 2;
 constexpr double kSeen = 0.5;     // share of the loop
 constexpr double kCovered = 0.7;  // share of the places within the loop
 
@@ -33,7 +32,7 @@ bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& 
     points_around += (vertices.col(loop[(i + 1) % loop.size()]) - vertices.col(v)).norm() /
                      cloud_.spacing[found[0]];
   }
-  return points_around >= kFewestAround &&
+  return points_around >= kFewestOfPlane &&
          agreement >= kSmoothCosine * static_cast<double>(loop.size());
 }
 
@@ -49,21 +48,17 @@ bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
     axis += a.cross(b);
   }
   axis.stableNormalize();
-  // The nearest point where it is no farther than so many of its spacings, else -1.
-  const auto point_within = [&](const Eigen::Vector3d& place, double spacings) {
+  const auto is_covered = [&](const Eigen::Vector3d& place) {
     int found;
     double squared;
-    if (index_.Nearest(place, 1, &found, &squared) < 1) return -1;
-    return std::sqrt(squared) <= spacings * cloud_.spacing[found] ? found : -1;
-  };
-  const auto is_covered = [&](const Eigen::Vector3d& place) {
-    const int point = point_within(place, kDiscSpacings);
-    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kSameSide;
+    index_.Nearest(place, 1, &found, &squared);
+    return std::sqrt(squared) <= kDiscSpacings * cloud_.spacing[found] &&
+           std::abs(cloud_.normals.col(found).dot(axis)) >= kSameSide;
   };
   int covered = 0, seen = 0;
   for (const int v : loop) {
     covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
-    seen += point_within(vertices.col(v), kSeenSpacings) >= 0 ? 1 : 0;
+    seen += HasSupport(cloud_, index_, vertices.col(v)) ? 1 : 0;
   }
   const auto size = static_cast<double>(loop.size());
   return seen >= kSeen * size && !(is_covered(center) && covered >= kCovered * size);

@@ -7,14 +7,10 @@
 #include "core/base/status_macros.h"
 #include "core/points/batched_nearest.h"
 #include "core/points/belonging.h"
+#include "core/points/point_support.h"
 
 namespace rilievo {
 namespace {
-
-// Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
-constexpr double kSupportAgreement = 0.4;
-// A point supports what lies within so many of its spacings or of its noise.
-constexpr double kSupportSpacings = 1.6, kSupportNoises = 4;
 
 // What the points around a place on the surface say of it.
 class SupportSum {
@@ -64,10 +60,9 @@ absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
       support.spacing[v] = cloud.spacing[found[0]];
       SupportSum sum(places.col(v), normals.col(v));
       for (int i = 0; i < n; ++i) {
-        const double reach = std::max(kSupportSpacings * cloud.spacing[found[i]],
-                                      kSupportNoises * cloud.noise[found[i]]);
+        const double reach = SupportReach(cloud, found[i]);
         if (squared[i] <= reach * reach &&
-            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
+            cloud.normals.col(found[i]).dot(normals.col(v)) > kSameSheet) {
           sum.Add(cloud.points.col(found[i]));
         }
       }

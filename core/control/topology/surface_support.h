@@ -21,9 +21,9 @@ struct SurfaceSupport {
   std::vector<float> spacing;  // per place, of its nearest point
 };
 
-// A place has support where a point whose normal agrees lies within 1.6 of the point's spacings, or
-// four times its noise, but not where all such points lie to one side, as they do beyond the border
-// of a scan. `normals`: of the surface at each place. CANCELLED when stopped.
+// A place has support where it is within reach of a point (SupportReach) whose normal agrees, but
+// not where all such points lie to one side, as they do beyond the border of a scan. `normals`: of
+// the surface at each place. CANCELLED when stopped.
 absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
                                            const Eigen::Matrix3Xd& normals,
                                            const OrientedCloud& cloud, const PointIndex& index,
