@@ -1,12 +1,13 @@
 #include "core/points/edge_model/two_plane_model.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/points/belonging.h"
+#include "core/points/height_field.h"
 #include "core/points/neighborhood_size.h"
 
 namespace rilievo {
@@ -14,39 +15,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A disc of 3.5 spacings' radius.
-constexpr int kFewestPoints = 48;
-constexpr int kMostPoints = 384;
-// Noise in spacings.
-constexpr double kClean = 0.15;
-constexpr int kLeastSidePoints = 8;
-constexpr int kRounds = 4, kBowRounds = 2;
-// Least cosine of a point's normal and the nearer of the faces'.
-constexpr double kNearerFace = 0.2;
-// Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
-constexpr double kOwnSides = 0.5;
+constexpr int kMostPoints = 384;  // whole lanes of a height field
+constexpr int kBowRounds = 2;
 constexpr int kNeither = 2;  // of no side
 // Of the angle between two sides.
 constexpr double kLeastSine = 0.05;
 // Least ratio of the widths of a side's points, squared: below it they lie on a line.
 constexpr double kLeastWidth = 0.03;
-// What planes leave of a clean scan's curved sides, in spacings.
-constexpr double kLeastScatter = 0.05;
-// Beyond that scatter, and this many times the noise, the points lie on no two sides at all: smooth
-// shapes that bend within a few spacings do that.
-constexpr double kNoises = 1.25;
-
-// Points by the edge lie no farther than a spacing and their noise off either side; the noise
-// counts as this many spacings at least.
-constexpr double kLeastNoiseByEdge = 0.1;
-
-// Evidence beyond doubt: no other neighbourhood is asked.
-constexpr double kEnough = 40;
-
 // Most of the points around that may belong to another sheet.
 constexpr double kMostOfOthers = 0.1;
-// Most cosine of such a point's normal and that of a side that it faces.
-constexpr double kFacing = -0.5;
 
 struct Neighborhood {
   int count = 0;
@@ -73,9 +50,9 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
-    if (more < kNearerFace) {
+    if (more < kSameSheet) {
       // The third side of a corner turns away from both, another sheet faces one of them.
-      others += less < kFacing;
+      others += less < -kSameSide;
       continue;
     }
     const Vector3d at = cloud.points.col(found.points[i]) - place.middle;
@@ -123,7 +100,7 @@ struct SideSums {
 // The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
 bool FitSide(const SideSums& sums, HingePlane* plane) {
   const int count = sums.count;
-  if (count < kLeastSidePoints) return false;
+  if (count < kFewestOfPlane) return false;
   const Vector3d mean = sums.at / count;
   const double mean_bow = sums.bow / count;
   const Eigen::Matrix3d squares = sums.Squares() - count * mean * mean.transpose();
@@ -160,14 +137,15 @@ double Off(const HingePlane& side, const Neighborhood& around, int i) {
 
 // To the nearer plane, which finds the sides from a poor guess.
 bool Part(Neighborhood* around, std::array<HingePlane, 2>* sides) {
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSideRounds; ++round) {
     if (!FitSides(*around, sides)) return false;
     bool changed = false;
     for (int i = 0; i < around->count; ++i) {
       const auto distance = [&](int k) { return std::abs(Off((*sides)[k], *around, i)); };
       const auto agreement = [&](int k) { return (*sides)[k].normal.dot(around->normal[i]); };
       int side = distance(0) <= distance(1) ? 0 : 1;
-      if (std::max(agreement(0), agreement(1)) < kOwnSides) side = kNeither;
+      // Others are of a corner's third side.
+      if (std::max(agreement(0), agreement(1)) < kSameSide) side = kNeither;
       changed |= around->side[i] != side;
       around->side[i] = side;
     }
@@ -195,11 +173,11 @@ SolidSquares PlaneSquares(const Neighborhood& around, const std::array<HingePlan
 }
 
 // How far inside the corner of the sides the points by the edge are in the mean, in standard
-// errors. A point's distance to the solid is the larger one of two, so noise about a true corner
-// carries the mean outward.
+// errors: those that lie no farther than a spacing and their noise off either. A point's distance
+// to the solid is the larger one of two, so noise about a true corner carries the mean outward.
 double Bluntness(const Neighborhood& around, const std::array<HingePlane, 2>& sides, bool convex,
                  double spacing, double noise) {
-  noise = std::max(noise, kLeastNoiseByEdge * spacing);
+  noise = std::max(noise, kLittleNoise * spacing);
   double inside = 0;
   int count = 0;
   for (int i = 0; i < around.count; ++i) {
@@ -214,24 +192,21 @@ double Bluntness(const Neighborhood& around, const std::array<HingePlane, 2>& si
 
 // Squared residuals of the best quadric height field over `axis`.
 double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
-  constexpr int kTerms = 6;
   const Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
-  Eigen::Matrix<double, kTerms, kTerms> normal_matrix =
-      Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Eigen::Matrix<double, kTerms, 1> right = Eigen::Matrix<double, kTerms, 1>::Zero();
-  double squares = 0;
-  const double scale = 1 / around.reach;
+  std::array<double, kMostPoints> x{}, y{}, z{}, weight{};
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] == kNeither) continue;
-    const double x = scale * u.dot(around.at[i]), y = scale * v.dot(around.at[i]);
-    const double height = axis.dot(around.at[i]);
-    Eigen::Matrix<double, kTerms, 1> row;
-    row << 1, x, y, x * x, x * y, y * y;
-    normal_matrix += row * row.transpose();
-    right += height * row;
-    squares += height * height;
+    const Vector3d at = around.at[i] / around.reach;
+    x[i] = u.dot(at);
+    y[i] = v.dot(at);
+    z[i] = axis.dot(at);
+    weight[i] = 1;
   }
-  return std::max(0.0, squares - right.dot(normal_matrix.ldlt().solve(right)));
+  const HeightFieldSums sums =
+      SumHeights({x.data(), y.data(), z.data(), weight.data(), around.count});
+  const Eigen::Map<const Eigen::Vector<double, kQuadricTerms>> heights(sums.heights.data());
+  const double fitted = FitHeights<kQuadricTerms>(sums, kRidge).dot(heights);
+  return around.reach * around.reach * std::max(0.0, sums.squares - fitted);
 }
 
 // Among the first `count` points found.
@@ -243,7 +218,7 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   fit.middle = place.middle;
   fit.along = place.along;
   Neighborhood around = Gather(cloud, found, count, place);
-  if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
+  if (around.count < 2 * kFewestOfPlane || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   const Vector3d axis = a + b;
   if (!(a.cross(b).norm() > kLeastSine) || !(axis.norm() > 0.1)) return std::nullopt;
@@ -251,14 +226,14 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   // measured across the planes.
   const double tilt = axis.norm() / 2;
   const double quadric = QuadricSquares(around, axis.normalized()) * tilt * tilt;
-  const double least = kLeastScatter * fit.spacing;
+  const double least = kCleanNoise * fit.spacing;  // what planes leave of curved sides
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;
   const SolidSquares solid = PlaneSquares(around, fit.sides);
   const double planes = solid.best();
   // Two unknowns more than the quadric has (Schwarz 1978).
-  const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
+  const double roughness = kNoisesOffSides * cloud.noise[nearest] + least;
   if (planes > used * roughness * roughness) return std::nullopt;
   fit.log_likelihood_ratio =
       used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
@@ -294,9 +269,9 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   index.Nearest(place.middle, 1, found.points.data(), found.squared.data());
   const int nearest = found.points[0];
   const double noise = cloud.noise[nearest], spacing = cloud.spacing[nearest];
-  const int wanted = NeighborhoodSize(kFewestPoints, kMostPoints / 2, noise, spacing);
+  const int wanted = NeighborhoodSize(kPointsByEdge, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
-  const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
+  const int other = noise > kLittleNoise * spacing ? 2 * wanted : wanted / 2;
   // One search serves both, for the first neighbourhood seldom says enough.
   found.count = index.Nearest(place.middle, std::max(wanted, other), found.points.data(),
                               found.squared.data());
@@ -304,7 +279,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   for (const int asked : {wanted, other}) {
     auto fit = FitAmong(cloud, found, std::min(asked, found.count), place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
-    if (best && best->log_likelihood_ratio > kEnough) break;
+    if (best && best->log_likelihood_ratio > kSureEvidence) break;
   }
   return best;
 }
