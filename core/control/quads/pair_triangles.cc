@@ -14,8 +14,6 @@ namespace {
 
 // Of one squared valence beside the squareness of a quad, which is 1 at most.
 constexpr double kValenceWeight = 0.1;
-// Of a flat corner, in squared valences.
-constexpr double kFlatCorner = 4;
 // What a pair comes earlier by when one of the two has no other partner left; costs are about
 // kValenceWeight kMostChange.
 constexpr float kLastPartner = 50;

@@ -13,6 +13,9 @@
 
 namespace rilievo {
 
+// What a flat corner is worth, in squared valences.
+inline constexpr int kFlatCorner = 6;
+
 // A polygon of three or four corners, counter-clockwise.
 struct Polygon {
   std::array<int, 4> corners{};

@@ -23,11 +23,8 @@ struct FlipTraits : public OpenMesh::DefaultTraits {
 };
 using FlipMesh = OpenMesh::TriMesh_ArrayKernelT<FlipTraits>;
 
-constexpr int kMaxPasses = 10;
 // A flip for the valence may leave its faces this round (1: equilateral), or as round as they were.
 constexpr double kMinRoundness = 0.5;
-// A flip that leaves the valences as good as they were must make the worse face this much rounder.
-constexpr double kRounder = 1.25;
 
 FlipMesh Build(const ControlMesh& mesh) {
   FlipMesh flip_mesh;
@@ -155,7 +152,7 @@ void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees) {
     valence[vertex.idx()] = static_cast<int>(flip_mesh.valence(vertex));
   }
   const double least_cosine = std::cos(max_dihedral_degrees * std::numbers::pi / 180);
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
+  for (int pass = 0; pass < kMostPasses; ++pass) {
     if (!FlipOnce(mesh->creases, &flip_mesh, &valence, least_cosine)) break;
   }
   for (const auto face : flip_mesh.faces()) {

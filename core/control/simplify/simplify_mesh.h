@@ -50,6 +50,11 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
                                          const RunContext& context,
                                          const FacePlanes* planes = nullptr);
 
+// Passes over a mesh to make its faces better, at most; and by how much a face must become rounder
+// where valences stay as good as they were.
+inline constexpr int kMostPasses = 10;
+inline constexpr double kRounder = 1.25;
+
 // Across edges that bend more than this a flip would change the shape.
 inline constexpr double kFlatDihedralDegrees = 40;
 

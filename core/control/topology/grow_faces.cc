@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 constexpr double kLongEdge = std::numbers::sqrt2;
 constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
 constexpr int kMostHalvings = 30;       // each halves the longest edge of nearly every face
-constexpr int kFillShapeRounds = 6, kEvenRounds = 5;
+constexpr int kFillRounds = 6;
 
 void AppendFaces(const std::vector<std::array<int, 3>>& triangles, ControlMesh* mesh) {
   const Eigen::Index before = mesh->faces.cols();
@@ -84,7 +84,7 @@ absl::Status EvenOut(int first_new, ControlMesh* mesh) {
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
   const VertexRings rings = BuildVertexRings(topology);
-  for (int round = 0; round < kEvenRounds; ++round) {
+  for (int round = 0; round < kFillRounds; ++round) {
     for (int v = first_new; v < topology.vertex_count; ++v) {
       const std::span<const int> ring = RingOf(rings, v);
       if (topology.boundary_vertex[v] != 0) {
@@ -129,7 +129,7 @@ absl::StatusOr<ControlMesh> GrowFaces(ControlMesh mesh, int kept_vertices, const
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
     ImproveValence(&mesh);
   }
-  for (int round = 0; round < kFillShapeRounds; ++round) {
+  for (int round = 0; round < kFillRounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(EvenOut(kept_vertices, &mesh));
     ImproveValence(&mesh);
   }
