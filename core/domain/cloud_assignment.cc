@@ -20,7 +20,7 @@ constexpr int64_t kSmallCloud = 150'000;
 constexpr int kCandidates = 12;
 
 bool Agree(const OrientedCloud& cloud, const SampledSurface& surface, int point, int sample) {
-  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kNormalAgreement;
+  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kSameSheet;
 }
 
 double SquaredDistance(const OrientedCloud& cloud, const SampledSurface& surface, int point,

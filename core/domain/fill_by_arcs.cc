@@ -10,18 +10,15 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_ring.h"
 #include "core/loop/refinement.h"
+#include "core/points/belonging.h"
+#include "core/points/point_support.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-// A vertex has points where one lies within so many spacings and deviations of noise beside it.
-constexpr double kNearSpacings = 1.5, kNearNoises = 4;
-// Neighbours that tell the normal at the rim.
-constexpr int kRimPoints = 32;
-// Sweeps end when no vertex moves by so much of the diagonal any more, or after so many.
-constexpr double kRest = 1e-7;
+// Sweeps end when no vertex moves any more, or after so many.
 constexpr int kMostSweeps = 2000;
 // Over-relaxation: a sweep goes farther than it was asked.
 constexpr double kOver = 1.7;
@@ -36,9 +33,9 @@ double ArcHeight(const Vector3d& place, const Vector3d& normal, const Vector3d& 
 // arcs from them come to.
 void SettleAtPoints(const OrientedCloud& cloud, const PointIndex& index, Vector3d* place,
                     Vector3d* normal) {
-  int found[kRimPoints];
-  double squared[kRimPoints];
-  const int count = index.Nearest(*place, std::min(kRimPoints, index.size()), found, squared);
+  int found[kPointsByEdge];
+  double squared[kPointsByEdge];
+  const int count = index.Nearest(*place, std::min(kPointsByEdge, index.size()), found, squared);
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < count; ++k) mean += cloud.normals.col(found[k]);
   const Vector3d x = mean.unitOrthogonal(), y = mean.normalized().cross(x);
@@ -152,7 +149,7 @@ absl::StatusOr<std::vector<uint8_t>> FindEmpty(const OrientedCloud& cloud, const
     const Vector3d normal = limit.normals.col(static_cast<int64_t>(v));
     const Vector3d way = cloud.points.col(point) - limit.positions.col(static_cast<int64_t>(v));
     const double beside = (way - way.dot(normal) * normal).norm();
-    is_empty[v] = beside > kNearSpacings * cloud.spacing[point] + kNearNoises * cloud.noise[point];
+    is_empty[v] = beside > SupportReach(cloud, point);
   }
   return is_empty;
 }
@@ -214,7 +211,7 @@ absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& in
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     double farthest = 0;
     for (const int v : order) farthest = std::max(farthest, relaxation.Relax(v, kOver));
-    if (sweep > 0 && farthest < kRest) break;
+    if (sweep > 0 && farthest < kAtRest) break;
   }
   const std::vector<uint8_t> band = WithRings(rings, is_empty, kBandRings);
   int parts = 0;

@@ -9,20 +9,16 @@
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
+#include "core/points/belonging.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kBorderRounds = 12;
-constexpr double kBorderRest = 1e-8;  // unit frame
 constexpr int kSamplesPerEdge = 8;
 // Of a sample's weight: what holds a control point where it is in each round, so that those that
 // the line leaves free along it hardly move.
 constexpr double kHoldAlong = 0.1;
-constexpr double kHoldCorner = 1e9;
-// Of a vector that is across a segment but for rounding, the most that is along it; unit frame.
-constexpr double kOnSegment = 1e-12;
 
 // A loop of the border in its order.
 struct BorderLoop {
@@ -97,7 +93,7 @@ class BorderFit {
   }
 
   // One round of Gauss and Newton for the points of a loop, of which corners stay. Whether they
-  // have moved by more than kBorderRest.
+  // have moved by more than kAtRest.
   bool Round(const std::vector<CurveSample>& samples, BorderLoop* loop) const {
     const Eigen::Index count = loop->points.cols();
     std::vector<Eigen::Triplet<double>> entries;
@@ -108,7 +104,7 @@ class BorderFit {
       Eigen::Matrix3d across = Eigen::Matrix3d::Identity();
       Eigen::Vector3d miss = foot.place - place;
       // A sample slides along its segment, but not beyond an end of the line.
-      if (std::abs(foot.along.dot(miss)) < kOnSegment) {
+      if (std::abs(foot.along.dot(miss)) < kRounding) {
         across -= foot.along * foot.along.transpose();
         miss = across * miss;
       }
@@ -129,7 +125,7 @@ class BorderFit {
     }
     for (int i = 0; i < static_cast<int>(3 * count); ++i) {
       const bool is_corner = loop->corner[static_cast<size_t>(i / 3)] != 0;
-      entries.emplace_back(i, i, is_corner ? kHoldCorner : kHoldAlong);
+      entries.emplace_back(i, i, is_corner ? 1 / kRounding : kHoldAlong);
     }
     Eigen::SparseMatrix<double> matrix(3 * count, 3 * count);
     matrix.setFromTriplets(entries.begin(), entries.end());
@@ -138,7 +134,7 @@ class BorderFit {
     const Eigen::VectorXd move = factors.solve(right);
     if (!move.allFinite()) return false;
     loop->points += Eigen::Map<const Eigen::Matrix3Xd>(move.data(), 3, count);
-    return move.cwiseAbs().maxCoeff() > kBorderRest;
+    return move.cwiseAbs().maxCoeff() > kAtRest;
   }
 
   // How far the curve is off between each control point and the next.
@@ -181,7 +177,7 @@ absl::StatusOr<BorderMiss> FitBorder(const KnownBorders& borders, double allowed
     loop.points = mesh->vertices(Eigen::all, loop.vertices);
     fit.PlaceCorners(&loop);
     const std::vector<CurveSample> samples = SamplesOfLoop(loop.corner);
-    for (int round = 0; round < kBorderRounds; ++round) {
+    for (int round = 0; round < kMostFitRounds; ++round) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       if (!fit.Round(samples, &loop)) break;
     }

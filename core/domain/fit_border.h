@@ -12,6 +12,9 @@
 
 namespace rilievo {
 
+// After which control points are taken as they are, at rest or not.
+inline constexpr int kMostFitRounds = 12;
+
 struct BorderMiss {
   // The edges of the border, as vertices, along which the curve is farther off than is allowed.
   std::vector<std::array<int, 2>> far;

@@ -9,6 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/points/belonging.h"
+
 namespace rilievo {
 namespace {
 
@@ -96,14 +98,13 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
   // Of a quadratic function two samples tell all others on their line, where a line search goes
   // after its first trial.
   std::optional<Sample> OnTheirLine(const Eigen::VectorXd& y) const {
-    constexpr double kOffLine = 1e-12;  // of the samples' distance
     if (y == here_.at) return here_;
     if (before_.at.size() == 0) return std::nullopt;
     const Eigen::VectorXd way = here_.at - before_.at;
     const double length = way.squaredNorm();
     if (!(length > 0)) return std::nullopt;
     const double part = way.dot(y - before_.at) / length;
-    if ((y - before_.at - part * way).squaredNorm() > kOffLine * kOffLine * length) {
+    if ((y - before_.at - part * way).squaredNorm() > kRounding * kRounding * length) {
       return std::nullopt;
     }
     Sample sample = {y, 0, before_.gradient + part * (here_.gradient - before_.gradient)};

@@ -6,14 +6,13 @@
 
 #include "core/base/ablation.h"
 #include "core/domain/cloud_assignment.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-// Least cosine of the normals of a point and of its side.
-constexpr double kOwnSide = 0.75;
 // Points count by a Gaussian of so many spacings.
 constexpr double kReachSpacings = 2.5;
 
@@ -56,7 +55,7 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
         best = k;
       }
     }
-    if (agreement < kOwnSide) continue;
+    if (agreement < kSameSide) continue;
     const Vector3d way = cloud.points.col(point) - position;
     const double spacing = cloud.spacing[static_cast<size_t>(point)];
     const double offset = HalfwayNormal(normal, surface.side_normals.col(first + best)).dot(way);
