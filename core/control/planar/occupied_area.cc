@@ -77,7 +77,7 @@ absl::Status CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>
   return SerialFor(points.cols(), context, [&](int64_t i) {
     const Vector2d at = (points.col(i) - area->origin) / area->cell;
     const double radius =
-        std::min(kOwnDisc * spacing[i], kWidestSpacing * median_spacing) / area->cell;
+        std::min(kOwnDisc * spacing[i], kGapSpacings * median_spacing) / area->cell;
     const int reach = static_cast<int>(std::ceil(radius));
     const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
     for (int r = std::max(0, row - reach); r <= std::min(area->rows - 1, row + reach); ++r) {
@@ -150,7 +150,7 @@ absl::StatusOr<OccupiedArea> FindOccupiedArea(const Eigen::Matrix2Xd& points,
   const Vector2d low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
   area.cell = std::max({median_spacing, (high - low).maxCoeff() / kLargestRaster, 1e-9});
   const double closing = std::max(1.0, kGapSpacings * median_spacing / area.cell);  // cells
-  const double margin = closing + kWidestSpacing + 2;
+  const double margin = closing + kGapSpacings + 2;
   area.origin = low - Vector2d::Constant(margin * area.cell);
   const Vector2d size = (high - low) / area.cell;
   area.columns = static_cast<int>(size.x() + 2 * margin) + 1;

@@ -111,7 +111,7 @@ double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
 }  // namespace
 
 double PointArea(const OrientedCloud& cloud, int i) {
-  const double spacing = std::min(double{cloud.spacing[i]}, kWidestSpacing * cloud.median_spacing);
+  const double spacing = std::min(double{cloud.spacing[i]}, kGapSpacings * cloud.median_spacing);
   return std::numbers::pi / 4 * spacing * spacing;
 }
 
