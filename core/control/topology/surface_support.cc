@@ -12,6 +12,9 @@
 namespace rilievo {
 namespace {
 
+// Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
+constexpr double kSupportAgreement = 0.4;
+
 // What the points around a place on the surface say of it.
 class SupportSum {
  public:
@@ -62,7 +65,7 @@ absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
       for (int i = 0; i < n; ++i) {
         const double reach = SupportReach(cloud, found[i]);
         if (squared[i] <= reach * reach &&
-            cloud.normals.col(found[i]).dot(normals.col(v)) > kSameSheet) {
+            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
           sum.Add(cloud.points.col(found[i]));
         }
       }
