@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
+#include <utility>
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -45,10 +48,9 @@ struct Widener {
   // The patches of the point and of those neighbours whose planes agree within what their errors
   // explain: two sides of an edge stay apart.
   PatchMoments Widened(int i, const std::vector<PatchMoments>& patches, double error) const {
-    constexpr double kTrustedError = 0.25;
-    constexpr double kSharpestBend = 0.45;
-    const bool trusted = error < kTrustedError && planes[i].thickness < kThick * planes[i].spread;
-    const double agreement = trusted ? std::cos(std::max(kSharpestBend, 4 * error)) : 0.0;
+    const bool trusted = planes[i].thickness < kThick * planes[i].spread;
+    const double explained = std::cos(std::min(4 * error, std::numbers::pi / 2));
+    const double agreement = trusted ? std::min(kSmoothCosine, explained) : 0.0;
     PatchSum sum;
     sum.Add(patches[i], Eigen::Vector3d::Zero());
     for (const int j : graph.neighbors(i)) {
