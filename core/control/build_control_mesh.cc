@@ -18,7 +18,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kManyPointsPerFace = 120;
+constexpr int64_t kPointsPerFace = 30, kManyPointsPerFace = 120;
 constexpr int64_t kFewestFaces = 200, kUsualFaces = 12000;
 constexpr int64_t kMostFacesPerPoint = 4;
 

@@ -1,7 +1,6 @@
 // What a caller may ask of the control mesh.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
 #include "absl/status/status.h"
@@ -39,9 +38,7 @@ const char* TopologyName(Topology topology);
 // heights.
 inline constexpr double kExactBorder = 1e-5;
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
-inline constexpr double kNarrowestGap = kShortestRim, kWidestGap = 1;
-// Points for each control face of a scan that is not large.
-inline constexpr int64_t kPointsPerFace = 30;
+inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;
 // The most that may be asked for or given.
 inline constexpr int kMostControlFaces = 200000;
 

@@ -8,7 +8,6 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/control/control_options.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/refinement.h"
 #include "core/points/belonging.h"
@@ -23,6 +22,8 @@ using Eigen::Vector3d;
 // their tree takes memory: as the fit does with its samples.
 constexpr int64_t kMostTriangles = 120'000;
 constexpr int kInterpolationRounds = 3;
+// More points than this a control face find nothing new.
+constexpr int64_t kPointsPerFace = 32;
 // Noise carries single points that far with normals that are off too (1 to 4 of 100 000 points of
 // smooth scans); seldom so many of one face.
 constexpr int kFewestNoisy = 2;
@@ -91,7 +92,6 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
       ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.children_per_face));
-  // More points find nothing new.
   const int64_t most = kPointsPerFace * control.faces.cols();
   const int64_t stride = (cloud.points.cols() + most - 1) / most;  // along a Morton curve
   constexpr int kNone = -1;                                        // in reach
