@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/point_feet.h"
@@ -82,13 +82,10 @@ class ColorSampler {
 
   absl::Status FindScale() {
     std::vector<float> misses(feet_.size(), -1);
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kLightBlock, context_,
-                                        [&](int64_t begin, int64_t end) {
-                                          for (int64_t p = begin; p < end; ++p) {
-                                            if (feet_[p].found())
-                                              misses[p] = Missing(p, PlaceOf(feet_[p])).norm();
-                                          }
-                                        }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelForEach(static_cast<int64_t>(feet_.size()), kLightBlock, context_, [&](int64_t p) {
+          if (feet_[p].found()) misses[p] = Missing(p, PlaceOf(feet_[p])).norm();
+        }));
     std::erase_if(misses, [](float missing) { return missing < 0; });
     if (misses.empty()) return absl::OkStatus();
     scale_ = std::max(kLeastScale, kScales * Median(std::move(misses)));
@@ -107,23 +104,21 @@ class ColorSampler {
     const auto add = [](int64_t& sum, double value) {
       std::atomic_ref(sum).fetch_add(std::llround(kUnits * value), std::memory_order_relaxed);
     };
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kLightBlock, context_,
-                                        [&](int64_t begin, int64_t end) {
-                                          for (int64_t p = begin; p < end; ++p) {
-                                            if (!feet_[p].found()) continue;
-                                            const std::array<float, 3> place = PlaceOf(feet_[p]);
-                                            const Color missing = Missing(p, place);
-                                            const double trust = TrustIn(missing, is_first);
-                                            for (size_t k = 0; k < 3; ++k) {
-                                              Sum& sum = sums[feet_[p].corner[k]];
-                                              const double weight = trust * place[k];
-                                              for (int channel = 0; channel < 3; ++channel) {
-                                                add(sum[channel], weight * missing[channel]);
-                                              }
-                                              add(sum[3], weight);
-                                            }
-                                          }
-                                        }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelForEach(static_cast<int64_t>(feet_.size()), kLightBlock, context_, [&](int64_t p) {
+          if (!feet_[p].found()) return;
+          const std::array<float, 3> place = PlaceOf(feet_[p]);
+          const Color missing = Missing(p, place);
+          const double trust = TrustIn(missing, is_first);
+          for (size_t k = 0; k < 3; ++k) {
+            Sum& sum = sums[feet_[p].corner[k]];
+            const double weight = trust * place[k];
+            for (int channel = 0; channel < 3; ++channel) {
+              add(sum[channel], weight * missing[channel]);
+            }
+            add(sum[3], weight);
+          }
+        }));
     for (size_t v = 0; v < sums.size(); ++v) {
       if (sums[v][3] == 0) continue;
       const Color sum(static_cast<float>(sums[v][0]), static_cast<float>(sums[v][1]),

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/regularize/height_bounds.h"
 #include "core/displacement/solve_heights.h"
@@ -15,13 +15,11 @@ namespace {
 
 absl::Status KeepWithinBounds(const LevelRings& rings, const LimitSurface& limit, double max_height,
                               const RunContext& context, std::vector<float>* heights) {
-  return ParallelFor(
-      static_cast<int64_t>(heights->size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t v = begin; v < end; ++v) {
-          float& height = (*heights)[v];
-          const HeightBounds bounds = BoundsOf(static_cast<int>(v), rings, limit, max_height);
-          height = std::isfinite(height) ? std::clamp(height, bounds.lowest, bounds.highest) : 0.0f;
-        }
+  return ParallelForEach(
+      static_cast<int64_t>(heights->size()), kLightBlock, context, [&](int64_t v) {
+        float& height = (*heights)[v];
+        const HeightBounds bounds = BoundsOf(static_cast<int>(v), rings, limit, max_height);
+        height = std::isfinite(height) ? std::clamp(height, bounds.lowest, bounds.highest) : 0.0f;
       });
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_ring.h"
 #include "core/points/neighbor_graph.h"
 
 namespace rilievo {
@@ -119,10 +120,7 @@ int CloudAssignment::Walk(const SampledSurface& surface, int point, int start) c
   double nearest = SquaredDistance(cloud_, surface, point, at);
   for (bool moved = true; moved;) {
     moved = false;
-    const auto begin = static_cast<size_t>(samples_.rings.neighbor_begin[at]);
-    const auto end = static_cast<size_t>(samples_.rings.neighbor_begin[at + 1]);
-    for (size_t k = begin; k < end; ++k) {
-      const int candidate = samples_.rings.neighbors[k];
+    for (const int candidate : RingOf(samples_.rings, at)) {
       const double distance = SquaredDistance(cloud_, surface, point, candidate);
       const bool nearer = distance < nearest;
       if (agrees && !nearer) continue;

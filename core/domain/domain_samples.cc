@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/loop/quad_topology.h"
 
@@ -134,24 +134,20 @@ absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd&
   const LimitStencils& stencils = samples.stencils;
   surface->positions.resize(3, samples.size());
   surface->normals.resize(3, samples.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(samples.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          Eigen::Vector3d position = Eigen::Vector3d::Zero();
-          Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero();
-          Eigen::Vector3d tangent_v = Eigen::Vector3d::Zero();
-          const auto last = static_cast<size_t>(stencils.begin[static_cast<size_t>(i) + 1]);
-          for (auto e = static_cast<size_t>(stencils.begin[static_cast<size_t>(i)]); e < last;
-               ++e) {
-            const auto point = control_points.col(stencils.control_vertices[e]);
-            position += stencils.position[e] * point;
-            tangent_u += stencils.tangent_u[e] * point;
-            tangent_v += stencils.tangent_v[e] * point;
-          }
-          surface->positions.col(i) = position;
-          surface->normals.col(i) = tangent_u.cross(tangent_v).normalized();
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples.size(), kLightBlock, context, [&](int64_t i) {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero();
+    Eigen::Vector3d tangent_v = Eigen::Vector3d::Zero();
+    const auto last = static_cast<size_t>(stencils.begin[static_cast<size_t>(i) + 1]);
+    for (auto e = static_cast<size_t>(stencils.begin[static_cast<size_t>(i)]); e < last; ++e) {
+      const auto point = control_points.col(stencils.control_vertices[e]);
+      position += stencils.position[e] * point;
+      tangent_u += stencils.tangent_u[e] * point;
+      tangent_v += stencils.tangent_v[e] * point;
+    }
+    surface->positions.col(i) = position;
+    surface->normals.col(i) = tangent_u.cross(tangent_v).normalized();
+  }));
   surface->side_normals = SideNormals(stencils.sectors, control_points);
   SetSharpNormals(stencils, control_points, surface->normals);
   return absl::OkStatus();

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -23,15 +23,13 @@ absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, cons
                                                 const RunContext& context) {
   const auto count = static_cast<int64_t>(samples.control_vertex_count());
   std::vector<float> gaps(static_cast<size_t>(count));
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t v = begin; v < end; ++v) {
-      int nearest = 0;
-      double squared = 0;
-      index.Nearest(surface.positions.col(v), 1, &nearest, &squared);
-      const float gap = static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest];
-      const float spacing = cloud.spacing[nearest];
-      gaps[v] = spacing > 0 ? gap / spacing : 0.0f;
-    }
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kHeavyBlock, context, [&](int64_t v) {
+    int nearest = 0;
+    double squared = 0;
+    index.Nearest(surface.positions.col(v), 1, &nearest, &squared);
+    const float gap = static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest];
+    const float spacing = cloud.spacing[nearest];
+    gaps[v] = spacing > 0 ? gap / spacing : 0.0f;
   }));
   return gaps;
 }

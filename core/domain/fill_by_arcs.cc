@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/geometry/connected_parts.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_ring.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
@@ -70,9 +72,7 @@ void DropOpenParts(const MeshTopology& topology, const VertexRings& rings,
   while (!waiting.empty()) {
     const int v = waiting.back();
     waiting.pop_back();
-    for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-      drop(rings.neighbors[k]);
-    }
+    for (const int other : RingOf(rings, v)) drop(other);
   }
 }
 
@@ -81,8 +81,7 @@ std::vector<int> FromRimInwards(const VertexRings& rings, const std::vector<uint
   std::vector<uint8_t> seen(is_empty.size(), 0);
   std::vector<int> order;
   const auto visit_around = [&](int v) {
-    for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-      const int other = rings.neighbors[k];
+    for (const int other : RingOf(rings, v)) {
       if (is_empty[other] == 0 || seen[other] != 0) continue;
       seen[other] = 1;
       order.push_back(other);
@@ -132,8 +131,7 @@ class ArcRelaxation {
  private:
   template <typename Visit>
   void ForEachKnown(int v, const Visit& visit) const {
-    for (int k = rings_.neighbor_begin[v]; k < rings_.neighbor_begin[v + 1]; ++k) {
-      const int other = rings_.neighbors[k];
+    for (const int other : RingOf(rings_, v)) {
       if (!normals_.col(other).isZero()) visit(other);
     }
   }
@@ -164,36 +162,11 @@ std::vector<uint8_t> WithRings(const VertexRings& rings, std::vector<uint8_t> ma
   for (; count > 0; --count) {
     std::vector<uint8_t> wider = marked;
     for (size_t v = 0; v < marked.size(); ++v) {
-      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-        wider[v] |= marked[rings.neighbors[k]];
-      }
+      for (const int other : RingOf(rings, static_cast<int>(v))) wider[v] |= marked[other];
     }
     marked = std::move(wider);
   }
   return marked;
-}
-
-// By vertex, the number of its part of the marked vertices, or -1.
-std::vector<int> PartsOf(const VertexRings& rings, const std::vector<uint8_t>& marked, int* count) {
-  std::vector<int> part(marked.size(), -1), waiting;
-  *count = 0;
-  for (int seed = 0; seed < static_cast<int>(marked.size()); ++seed) {
-    if (marked[seed] == 0 || part[seed] >= 0) continue;
-    part[seed] = *count;
-    waiting.push_back(seed);
-    while (!waiting.empty()) {
-      const int v = waiting.back();
-      waiting.pop_back();
-      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-        const int other = rings.neighbors[k];
-        if (marked[other] == 0 || part[other] >= 0) continue;
-        part[other] = *count;
-        waiting.push_back(other);
-      }
-    }
-    ++*count;
-  }
-  return part;
 }
 
 // By part, the integral of the squared change of curvature along the edges: between two points it
@@ -204,8 +177,7 @@ std::vector<double> CurvatureVariation(const VertexRings& rings, const LimitSurf
   for (size_t v = 0; v < part.size(); ++v) {
     if (part[v] < 0) continue;
     const auto i = static_cast<int64_t>(v);
-    for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-      const int j = rings.neighbors[k];
+    for (const int j : RingOf(rings, static_cast<int>(v))) {
       const Vector3d way = limit.positions.col(j) - limit.positions.col(i);
       const double change = way.dot(limit.normals.col(i) + limit.normals.col(j)) /
                             std::max(way.squaredNorm(), 1e-300);
@@ -246,7 +218,8 @@ absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& in
   }
   const std::vector<uint8_t> band = WithRings(rings, is_empty, kBandRings);
   int parts = 0;
-  const std::vector<int> part = PartsOf(rings, band, &parts);
+  const std::vector<int> part = ConnectedParts(
+      band, [&](int v) { return RingOf(rings, v); }, &parts);
   const std::vector<double> before = CurvatureVariation(rings, limit, part, parts);
   const Eigen::Matrix3Xd fitted = mesh->vertices;
   for (int round = 0; round < kLimitRounds; ++round) {

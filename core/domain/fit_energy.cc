@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/domain/fairness.h"
 
@@ -99,38 +100,34 @@ absl::Status FitEnergy::Evaluate(const Eigen::Matrix3Xd& control_points, const R
   *energy = std::accumulate(parts.begin(), parts.end(), 0.0);
   if (gradient == nullptr) return absl::OkStatus();
   gradient->resize(3, control_points.cols());
-  return ParallelFor(control_points.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t v = begin; v < end; ++v) {
-      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-      for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
-        sum += uses_[k].weight * pulls.col(uses_[k].row);
-      }
-      gradient->col(v) = sum.head<3>();
+  return ParallelForEach(control_points.cols(), kHeavyBlock, context, [&](int64_t v) {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
+      sum += uses_[k].weight * pulls.col(uses_[k].row);
     }
+    gradient->col(v) = sum.head<3>();
   });
 }
 
 absl::Status FitEnergy::DiagonalBlocks(const RunContext& context, Eigen::Matrix3Xd* blocks) const {
   const int count = samples_.control_vertex_count();
   blocks->resize(3, 3 * count);
-  return ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t v = begin; v < end; ++v) {
-      Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
-      for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
-        const auto [row, weight] = uses_[k];
-        if (row >= samples_.size()) {
-          const double share = umbrella_share_[row - samples_.size()];
-          block.diagonal().array() += weight * weight * fairness_ * share;
-          continue;
-        }
-        for (int r = 0; r < targets_.row_count[row]; ++r) {
-          const Eigen::Vector3d direction =
-              weight * targets_.weighted_directions.block<3, 1>(3 * r, row);
-          block += direction * direction.transpose();
-        }
+  return ParallelForEach(count, kHeavyBlock, context, [&](int64_t v) {
+    Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
+    for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
+      const auto [row, weight] = uses_[k];
+      if (row >= samples_.size()) {
+        const double share = umbrella_share_[row - samples_.size()];
+        block.diagonal().array() += weight * weight * fairness_ * share;
+        continue;
       }
-      blocks->middleCols<3>(3 * v) = block;
+      for (int r = 0; r < targets_.row_count[row]; ++r) {
+        const Eigen::Vector3d direction =
+            weight * targets_.weighted_directions.block<3, 1>(3 * r, row);
+        block += direction * direction.transpose();
+      }
     }
+    blocks->middleCols<3>(3 * v) = block;
   });
 }
 

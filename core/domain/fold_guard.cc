@@ -3,8 +3,9 @@
 #include <Eigen/Geometry>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_ring.h"
 
 namespace rilievo {
 namespace {
@@ -16,10 +17,8 @@ constexpr int kPasses = 5;
 void MarkSupport(const DomainSamples& samples, Eigen::Index face, std::vector<uint8_t>* marks) {
   const VertexRings& rings = samples.control_rings;
   for (int k = 0; k < 3; ++k) {
-    const auto v = static_cast<size_t>(samples.refinement.levels.front().faces(k, face));
-    for (int e = rings.neighbor_begin[v]; e < rings.neighbor_begin[v + 1]; ++e) {
-      (*marks)[static_cast<size_t>(rings.neighbors[static_cast<size_t>(e)])] = 1;
-    }
+    const int v = samples.refinement.levels.front().faces(k, face);
+    for (const int other : RingOf(rings, v)) (*marks)[other] = 1;
   }
 }
 
@@ -38,11 +37,9 @@ std::vector<uint8_t> FindFolds(const DomainSamples& samples, const SampledSurfac
     for (int k = 0; k < 3; ++k) turned |= normal.dot(surface.normals.col(fine.faces(k, face))) <= 0;
     return turned;
   };
-  ParallelFor(samples.control_face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t control_face = begin; control_face < end; ++control_face) {
-      for (int k = 0; k < descendants && folded[control_face] == 0; ++k) {
-        folded[control_face] = is_turned(static_cast<int>(control_face * descendants + k));
-      }
+  ParallelForEach(samples.control_face_count(), kHeavyBlock, context, [&](int64_t control_face) {
+    for (int k = 0; k < descendants && folded[control_face] == 0; ++k) {
+      folded[control_face] = is_turned(static_cast<int>(control_face * descendants + k));
     }
   }).IgnoreError();
   return folded;

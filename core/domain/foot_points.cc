@@ -7,9 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/domain/sharp_foot_points.h"
+#include "core/geometry/vertex_ring.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
@@ -94,14 +95,12 @@ void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, 
 
 // Two control edges, as long as they are around the sample.
 double Reach(const DomainSamples& samples, const SampledSurface& surface, int sample) {
-  const VertexRings& rings = samples.rings;
-  const auto s = static_cast<size_t>(sample);
+  const std::span<const int> ring = RingOf(samples.rings, sample);
   double length = 0;
-  for (int k = rings.neighbor_begin[s]; k < rings.neighbor_begin[s + 1]; ++k) {
-    const int neighbor = rings.neighbors[static_cast<size_t>(k)];
-    length += (surface.positions.col(neighbor) - surface.positions.col(sample)).norm();
+  for (const int other : ring) {
+    length += (surface.positions.col(other) - surface.positions.col(sample)).norm();
   }
-  length /= rings.neighbor_begin[s + 1] - rings.neighbor_begin[s];
+  length /= static_cast<double>(ring.size());
   return kReachInControlEdges * length * (1 << samples.refinement.max_level());
 }
 
@@ -135,10 +134,9 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
   Resize(samples_.size(), foot_points);
   foot_points->sharp_axes.resize(samples_.sharp.size());
   foot_points->sharp_moves.setZero(3, static_cast<Eigen::Index>(samples_.sharp.size()));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(samples_.size(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) FindFoot(surface, static_cast<int>(i), foot_points);
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples_.size(), kHeavyBlock, context, [&](int64_t i) {
+    FindFoot(surface, static_cast<int>(i), foot_points);
+  }));
   WeighRobustly(foot_points);
   return absl::OkStatus();
 }

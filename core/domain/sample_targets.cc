@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/domain/sharp_foot_points.h"
 
 namespace rilievo {
@@ -90,9 +90,8 @@ absl::Status AimSamples(const DomainSamples& samples, const SampledSurface& surf
                         double tangential_weight, const RunContext& context,
                         SampleTargets* targets) {
   const Aim aim{samples, foot_points, surface, areas, tangential_weight};
-  return ParallelFor(samples.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) aim.At(static_cast<int>(i), targets);
-  });
+  return ParallelForEach(samples.size(), kLightBlock, context,
+                         [&](int64_t i) { aim.At(static_cast<int>(i), targets); });
 }
 
 }  // namespace rilievo

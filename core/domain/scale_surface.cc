@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_ring.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
@@ -113,11 +114,8 @@ absl::StatusOr<std::vector<int>> FindHeld(const DisplacedSurface& surface,
       any = true;
       // The surface over a face depends on its corners and their neighbours.
       for (int k = 0; k < 3; ++k) {
-        const auto v = static_cast<size_t>(faces(k, f));
         alone = hold(faces(k, f)) && alone;
-        for (int n = rings.neighbor_begin[v]; n < rings.neighbor_begin[v + 1]; ++n) {
-          alone = hold(rings.neighbors[static_cast<size_t>(n)]) && alone;
-        }
+        for (const int other : RingOf(rings, faces(k, f))) alone = hold(other) && alone;
       }
     }
     if (!any) {
@@ -158,14 +156,12 @@ absl::StatusOr<Eigen::Matrix3Xd> SolveScaled(const Eigen::Matrix3Xd& scaled,
   Eigen::Matrix3Xd points = start;
   ceres::Problem problem;
   for (Eigen::Index v = 0; v < points.cols(); ++v) {
-    const auto s = static_cast<size_t>(v);
-    const int begin = rings.neighbor_begin[s], end = rings.neighbor_begin[s + 1];
+    const std::span<const int> ring = RingOf(rings, static_cast<int>(v));
     std::vector<double> weights = {-1};
     std::vector<double*> blocks = {points.col(v).data()};
     Eigen::Vector3d target = -scaled.col(v);
-    for (int n = begin; n < end; ++n) {
-      const int neighbor = rings.neighbors[static_cast<size_t>(n)];
-      weights.push_back(1.0 / (end - begin));
+    for (const int neighbor : ring) {
+      weights.push_back(1.0 / static_cast<double>(ring.size()));
       blocks.push_back(points.col(neighbor).data());
       target += weights.back() * scaled.col(neighbor);
     }

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/geometry/vertex_ring.h"
+
 namespace rilievo {
 namespace {
 
@@ -14,12 +16,10 @@ void FillMoves(const VertexRings& rings, const std::vector<int>& without_data,
   for (int sweep = 0; sweep < kFillSweeps; ++sweep) {
     const Eigen::Matrix3Xd before = *moves;
     for (int vertex : without_data) {
-      const auto v = static_cast<size_t>(vertex);
-      const int begin = rings.neighbor_begin[v];
-      const int end = rings.neighbor_begin[v + 1];
+      const std::span<const int> ring = RingOf(rings, vertex);
       Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-      for (int k = begin; k < end; ++k) mean += before.col(rings.neighbors[static_cast<size_t>(k)]);
-      moves->col(vertex) = mean / (end - begin);
+      for (const int other : ring) mean += before.col(other);
+      moves->col(vertex) = mean / static_cast<double>(ring.size());
     }
   }
 }

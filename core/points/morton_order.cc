@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 
@@ -38,14 +38,11 @@ absl::StatusOr<MortonOrder> ComputeMortonOrder(const Eigen::Matrix3Xd& points,
     int column;
   };
   std::vector<Entry> entries(static_cast<size_t>(points.cols()));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          entries[i] = {MortonCode(MortonCell(points(0, i)), MortonCell(points(1, i)),
-                                   MortonCell(points(2, i))),
-                        static_cast<int>(i)};
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(points.cols(), kLightBlock, context, [&](int64_t i) {
+    entries[i] = {
+        MortonCode(MortonCell(points(0, i)), MortonCell(points(1, i)), MortonCell(points(2, i))),
+        static_cast<int>(i)};
+  }));
   const auto coordinates_less = [&](int a, int b) {
     for (int axis = 0; axis < 3; ++axis) {
       if (points(axis, a) != points(axis, b)) return points(axis, a) < points(axis, b);

@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/freed_memory.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/scan/clean/find_foliage.h"
 #include "core/scan/local_shape/estimate_normals.h"
@@ -59,24 +59,19 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
   NeighborGraph* const graph = &kept.graph;
   const int k = graph->k;
   std::vector<int>& indices = graph->indices;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(indices.size()), kSearchBlock * k,
-                                      context, [&](int64_t begin, int64_t end) {
-                                        for (int64_t i = begin; i < end; ++i) {
-                                          indices[i] = kept.new_index[indices[i]];
-                                        }
-                                      }));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach(static_cast<int64_t>(indices.size()), kSearchBlock * k, context,
+                      [&](int64_t i) { indices[i] = kept.new_index[indices[i]]; }));
   for (size_t old = 0; old < kept.new_index.size(); ++old) {
     if (kept.new_index[old] < 0) continue;
     std::copy_n(indices.begin() + static_cast<int64_t>(old) * k, k,
                 indices.begin() + static_cast<int64_t>(kept.new_index[old]) * k);
   }
   indices.resize(static_cast<size_t>(kept.points.cols()) * k);
-  return ParallelFor(kept.points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const auto list = graph->neighbors(static_cast<int>(i));
-      if (std::find(list.begin(), list.end(), -1) == list.end()) continue;
-      ListNeighbors(index, kept.points, static_cast<int>(i), k, &indices[i * k]);
-    }
+  return ParallelForEach(kept.points.cols(), kSearchBlock, context, [&](int64_t i) {
+    const auto list = graph->neighbors(static_cast<int>(i));
+    if (std::find(list.begin(), list.end(), -1) == list.end()) return;
+    ListNeighbors(index, kept.points, static_cast<int>(i), k, &indices[i * k]);
   });
 }
 

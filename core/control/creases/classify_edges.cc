@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
 
@@ -73,20 +73,18 @@ absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedClou
                                                               const RunContext& context) {
   std::vector<EdgeClassification> judgements(static_cast<size_t>(topology.edge_count()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(topology.edge_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t e = begin; e < end; ++e) {
-          if (topology.edge_faces(1, e) < 0) continue;
-          const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-          FoldedEdge edge{mesh.vertices.col(a), mesh.vertices.col(b), {}, {}};
-          for (int k = 0; k < 2; ++k) {
-            const int face = topology.edge_faces(k, e);
-            edge.normals[k] = FaceCross(mesh.vertices, mesh.faces, face).normalized();
-            const int opposite = kPreviousCorner[CornerOfEdge(topology, face, static_cast<int>(e))];
-            edge.opposite[k] = mesh.vertices.col(mesh.faces(opposite, face));
-          }
-          if (edge.normals[0].dot(edge.normals[1]) > kLeastFold) continue;
-          judgements[e] = ClassifyEdge(cloud, index, edge);
+      ParallelForEach(topology.edge_count(), kHeavyBlock, context, [&](int64_t e) {
+        if (topology.edge_faces(1, e) < 0) return;
+        const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+        FoldedEdge edge{mesh.vertices.col(a), mesh.vertices.col(b), {}, {}};
+        for (int k = 0; k < 2; ++k) {
+          const int face = topology.edge_faces(k, e);
+          edge.normals[k] = FaceCross(mesh.vertices, mesh.faces, face).normalized();
+          const int opposite = kPreviousCorner[CornerOfEdge(topology, face, static_cast<int>(e))];
+          edge.opposite[k] = mesh.vertices.col(mesh.faces(opposite, face));
         }
+        if (edge.normals[0].dot(edge.normals[1]) > kLeastFold) return;
+        judgements[e] = ClassifyEdge(cloud, index, edge);
       }));
   return judgements;
 }

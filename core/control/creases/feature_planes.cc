@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
 #include "core/geometry/vertex_normals.h"
@@ -107,18 +107,14 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
     }
   }
   const int first = FirstAsked(cloud);
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(mesh.faces.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t f = begin; f < end; ++f) {
-          if (!bent[mesh.faces(0, f)] && !bent[mesh.faces(1, f)] && !bent[mesh.faces(2, f)])
-            continue;
-          Vector3d normal = planes.normals.col(f), point = planes.points.col(f);
-          if (normal.isZero()) continue;
-          ShiftToSide(cloud, index, first, planes.points.col(f), &normal, &point);
-          planes.normals.col(f) = normal;
-          planes.points.col(f) = point;
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(mesh.faces.cols(), kHeavyBlock, context, [&](int64_t f) {
+    if (!bent[mesh.faces(0, f)] && !bent[mesh.faces(1, f)] && !bent[mesh.faces(2, f)]) return;
+    Vector3d normal = planes.normals.col(f), point = planes.points.col(f);
+    if (normal.isZero()) return;
+    ShiftToSide(cloud, index, first, planes.points.col(f), &normal, &point);
+    planes.normals.col(f) = normal;
+    planes.points.col(f) = point;
+  }));
   return planes;
 }
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -86,23 +86,18 @@ absl::StatusOr<GridLevel> RefineCells(const GridLevel& coarse, const SparseGrid&
   fine.grid.Seal();
   const std::vector<Vector3i> nodes = fine.grid.Nodes();
   fine.values.resize(nodes.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(nodes.size()), kLightBlock, context,
-                                      [&](int64_t begin, int64_t end) {
-                                        for (int64_t i = begin; i < end; ++i)
-                                          fine.values[i] = Prolong(coarse, nodes[i]);
-                                      }));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach(static_cast<int64_t>(nodes.size()), kLightBlock, context,
+                      [&](int64_t i) { fine.values[i] = Prolong(coarse, nodes[i]); }));
   return fine;
 }
 
 absl::Status InjectValues(const GridLevel& fine, const RunContext& context, GridLevel* coarse) {
   const std::vector<Vector3i> nodes = coarse->grid.Nodes();
-  return ParallelFor(static_cast<int64_t>(nodes.size()), kLightBlock, context,
-                     [&](int64_t begin, int64_t end) {
-                       for (int64_t i = begin; i < end; ++i) {
-                         const int node = fine.grid.Find(2 * nodes[i]);
-                         if (node >= 0) coarse->values[i] = fine.values[node];
-                       }
-                     });
+  return ParallelForEach(static_cast<int64_t>(nodes.size()), kLightBlock, context, [&](int64_t i) {
+    const int node = fine.grid.Find(2 * nodes[i]);
+    if (node >= 0) coarse->values[i] = fine.values[node];
+  });
 }
 
 }  // namespace rilievo

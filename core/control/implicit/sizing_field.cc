@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -66,24 +66,18 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
                                                   const PointIndex& index,
                                                   const RunContext& context) {
   std::vector<float> own(graph.size()), agreed(graph.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          own[i] = SheetDistanceOf(cloud, graph, index, static_cast<int>(i));
-        }
-      }));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          int witnesses = own[i] < kNone;
-          float least = own[i];
-          for (const int j : graph.neighbors(static_cast<int>(i))) {
-            witnesses += own[j] < kNone;
-            least = std::min(least, own[j]);
-          }
-          agreed[i] = witnesses >= kLeastWitnesses ? least : kNone;
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kLightBlock, context, [&](int64_t i) {
+    own[i] = SheetDistanceOf(cloud, graph, index, static_cast<int>(i));
+  }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kLightBlock, context, [&](int64_t i) {
+    int witnesses = own[i] < kNone;
+    float least = own[i];
+    for (const int j : graph.neighbors(static_cast<int>(i))) {
+      witnesses += own[j] < kNone;
+      least = std::min(least, own[j]);
+    }
+    agreed[i] = witnesses >= kLeastWitnesses ? least : kNone;
+  }));
   return agreed;
 }
 
@@ -111,9 +105,8 @@ absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
                                                   const RunContext& context) {
   std::vector<uint8_t> one_sided(graph.size()), border(graph.size());
   const auto each = [&](const auto& body) {
-    return ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-      for (int64_t i = begin; i < end; ++i) body(static_cast<int>(i));
-    });
+    return ParallelForEach(graph.size(), kLightBlock, context,
+                           [&](int64_t i) { body(static_cast<int>(i)); });
   };
   RILIEVO_RETURN_IF_ERROR(each([&](int i) { one_sided[i] = IsOneSided(cloud, graph, i); }));
   RILIEVO_RETURN_IF_ERROR(each([&](int i) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 
 namespace rilievo {
 namespace {
@@ -193,15 +193,13 @@ bool SparseGridReader::FindThreeCubed(const Eigen::Vector3i& low, std::array<int
 SparseGridNeighbors::SparseGridNeighbors(const SparseGrid& grid, const RunContext& context)
     : grid_(grid), beside_(grid.masks_.size()) {
   const auto blocks = static_cast<int64_t>(beside_.size());
-  ParallelFor(blocks, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t block = begin; block < end; ++block) {
-      const Eigen::Vector3i corner = SparseGrid::BlockCorner(grid_.keys_[block]);
-      for (int side = 0; side < 6; ++side) {
-        constexpr int kSize = 1 << SparseGrid::kBlockBits;
-        Eigen::Vector3i other = corner;
-        other[side >> 1] += (side & 1) != 0 ? kSize : -kSize;
-        beside_[block][side] = grid_.FindBlock(SparseGrid::BlockKey(other));
-      }
+  ParallelForEach(blocks, kSearchBlock, context, [&](int64_t block) {
+    const Eigen::Vector3i corner = SparseGrid::BlockCorner(grid_.keys_[block]);
+    for (int side = 0; side < 6; ++side) {
+      constexpr int kSize = 1 << SparseGrid::kBlockBits;
+      Eigen::Vector3i other = corner;
+      other[side >> 1] += (side & 1) != 0 ? kSize : -kSize;
+      beside_[block][side] = grid_.FindBlock(SparseGrid::BlockKey(other));
     }
   }).IgnoreError();
 }

@@ -13,7 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/harmonic_fill.h"
@@ -142,13 +142,11 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, Bounda
   std::vector<uint8_t> known(static_cast<size_t>(mesh.vertices.cols()), 0);
   Eigen::VectorXd heights = Eigen::VectorXd::Zero(mesh.vertices.cols());
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(mesh.vertices.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t v = begin; v < end; ++v) {
-          known[v] = LocalHeight(cloud, plane_points, buckets, mesh.vertices.col(v).head<2>(), edge,
-                                 &heights[v])
-                         ? 1
-                         : 0;
-        }
+      ParallelForEach(mesh.vertices.cols(), kHeavyBlock, context, [&](int64_t v) {
+        known[v] = LocalHeight(cloud, plane_points, buckets, mesh.vertices.col(v).head<2>(), edge,
+                               &heights[v])
+                       ? 1
+                       : 0;
       }));
   HarmonicFill(mesh.faces, known, &heights);
   mesh.vertices.row(2) = heights.transpose();

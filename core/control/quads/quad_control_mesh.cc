@@ -13,6 +13,7 @@
 #include "core/control/quads/improve_quads.h"
 #include "core/control/quads/pair_triangles.h"
 #include "core/control/quads/polygon_set.h"
+#include "core/geometry/connected_parts.h"
 #include "core/loop/crease_topology.h"
 
 namespace rilievo {
@@ -59,23 +60,10 @@ ControlMesh SplitEachTriangle(const ControlMesh& mesh, const MeshTopology& topol
 
 // Vertices, faces and tags of each in the order that they have in the whole mesh.
 std::vector<ControlMesh> ComponentsOf(const ControlMesh& mesh, const MeshTopology& topology) {
-  std::vector<int> component(topology.face_count(), -1), open;
+  const std::vector<uint8_t> all(static_cast<size_t>(topology.face_count()), 1);
   int count = 0;
-  for (int first = 0; first < topology.face_count(); ++first) {
-    if (component[first] >= 0) continue;
-    component[first] = count;
-    open.push_back(first);
-    while (!open.empty()) {
-      const int face = open.back();
-      open.pop_back();
-      for (const int next : topology.face_neighbors.col(face)) {
-        if (next < 0 || component[next] >= 0) continue;
-        component[next] = count;
-        open.push_back(next);
-      }
-    }
-    ++count;
-  }
+  const std::vector<int> component = ConnectedParts(
+      all, [&](int f) { return topology.face_neighbors.col(f); }, &count);
   if (count == 1) return {mesh};
   std::vector<int> of_vertex(topology.vertex_count), number(topology.vertex_count);
   std::vector<int> vertices(count, 0), faces(count, 0);

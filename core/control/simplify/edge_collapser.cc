@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/control/simplify/collapse_guards.h"
@@ -239,20 +240,18 @@ absl::Status EdgeCollapser::CollapseBlocks(const VertexBlocks& blocks, double sh
                                            const RunContext& context) {
   std::vector<Front> fronts = BlockFronts(blocks);
   for (const Front& front : fronts) whole_.faces_left -= front.faces_left;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(blocks.count(), 1, context, [&](int64_t begin, int64_t end) {
-    for (int64_t k = begin; k < end; ++k) {
-      Front& front = fronts[k];
-      for (int place = blocks.begin[k]; place < blocks.begin[k + 1]; ++place) {
-        const int v = blocks.order[place];
-        if (!front.Has(v)) continue;
-        mesh_.ForEachNeighbor(v, [&](int w, int edge) {
-          if (v < w && front.Has(w)) Seed(edge, &front);
-        });
-      }
-      const double target = share * static_cast<double>(front.faces_left);
-      // Stopped or not is asked once more by ParallelFor.
-      Run(static_cast<int64_t>(target), context, &front).IgnoreError();
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(blocks.count(), 1, context, [&](int64_t k) {
+    Front& front = fronts[k];
+    for (int place = blocks.begin[k]; place < blocks.begin[k + 1]; ++place) {
+      const int v = blocks.order[place];
+      if (!front.Has(v)) continue;
+      mesh_.ForEachNeighbor(v, [&](int w, int edge) {
+        if (v < w && front.Has(w)) Seed(edge, &front);
+      });
     }
+    const double target = share * static_cast<double>(front.faces_left);
+    // Stopped or not is asked once more by ParallelFor.
+    Run(static_cast<int64_t>(target), context, &front).IgnoreError();
   }));
   for (const Front& front : fronts) {
     whole_.faces_left += front.faces_left;

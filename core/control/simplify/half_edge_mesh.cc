@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -16,11 +16,9 @@ template <typename IsFault>
 absl::StatusOr<int64_t> FirstFault(int64_t count, const RunContext& context,
                                    const IsFault& is_fault) {
   std::vector<int64_t> first(static_cast<size_t>((count + kLightBlock - 1) / kLightBlock), -1);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      int64_t& found = first[begin / kLightBlock];
-      if (is_fault(static_cast<int>(i)) && found < 0) found = i;
-    }
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kLightBlock, context, [&](int64_t i) {
+    int64_t& found = first[i / kLightBlock];
+    if (is_fault(static_cast<int>(i)) && found < 0) found = i;
   }));
   const auto found = std::find_if(first.begin(), first.end(), [](int64_t i) { return i >= 0; });
   return found == first.end() ? -1 : *found;

@@ -13,6 +13,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/topology/grow_faces.h"
+#include "core/geometry/connected_parts.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/closest_point_tree.h"
@@ -56,23 +57,14 @@ class FacingRims {
   int partner(int v) const { return partner_[v]; }
 
  private:
+  // By vertex.
   static std::vector<int> PieceOf(const MeshTopology& topology, int* pieces) {
+    const std::vector<uint8_t> all(static_cast<size_t>(topology.face_count()), 1);
+    const std::vector<int> of_face = ConnectedParts(
+        all, [&](int f) { return topology.face_neighbors.col(f); }, pieces);
     std::vector<int> piece(static_cast<size_t>(topology.vertex_count), -1);
-    std::vector<uint8_t> seen(static_cast<size_t>(topology.face_count()), 0);
-    *pieces = 0;
-    for (int seed = 0; seed < topology.face_count(); ++seed) {
-      if (seen[seed] != 0) continue;
-      std::vector<int> faces = {seed};
-      seen[seed] = 1;
-      for (size_t i = 0; i < faces.size(); ++i) {
-        for (const int v : topology.faces.col(faces[i])) piece[v] = *pieces;
-        for (const int next : topology.face_neighbors.col(faces[i])) {
-          if (next < 0 || seen[next] != 0) continue;
-          seen[next] = 1;
-          faces.push_back(next);
-        }
-      }
-      ++*pieces;
+    for (int f = 0; f < topology.face_count(); ++f) {
+      for (const int v : topology.faces.col(f)) piece[v] = of_face[f];
     }
     return piece;
   }

@@ -9,6 +9,7 @@
 #include "core/control/simplify/simplify_mesh.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/geometry/vertex_ring.h"
 #include "core/loop/crease_topology.h"
 
 namespace rilievo {
@@ -85,17 +86,15 @@ absl::Status EvenOut(int first_new, ControlMesh* mesh) {
   const VertexRings rings = BuildVertexRings(topology);
   for (int round = 0; round < kEvenRounds; ++round) {
     for (int v = first_new; v < topology.vertex_count; ++v) {
+      const std::span<const int> ring = RingOf(rings, v);
       if (topology.boundary_vertex[v] != 0) {
-        const int before = rings.neighbors[rings.neighbor_begin[v]];
-        const int after = rings.neighbors[rings.neighbor_begin[v + 1] - 1];
-        mesh->vertices.col(v) = (mesh->vertices.col(before) + mesh->vertices.col(after)) / 2;
+        mesh->vertices.col(v) =
+            (mesh->vertices.col(ring.front()) + mesh->vertices.col(ring.back())) / 2;
         continue;
       }
       Vector3d sum = Vector3d::Zero();
-      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-        sum += mesh->vertices.col(rings.neighbors[k]);
-      }
-      mesh->vertices.col(v) = sum / (rings.neighbor_begin[v + 1] - rings.neighbor_begin[v]);
+      for (const int other : ring) sum += mesh->vertices.col(other);
+      mesh->vertices.col(v) = sum / static_cast<double>(ring.size());
     }
   }
   return absl::OkStatus();

@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
 #include "core/control/topology/surface_support.h"
+#include "core/geometry/connected_parts.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
@@ -96,18 +97,6 @@ double RimLength(const ControlMesh& mesh, const MeshTopology& topology, const Fa
   return length;
 }
 
-// By face, the number of its part among those of connected measured faces; -1: not measured.
-std::vector<int> MeasuredParts(const MeshTopology& topology, std::vector<uint8_t> measured) {
-  std::vector<int> part(measured.size(), -1);
-  for (uint8_t& flag : measured) flag = flag == 0;  // taken, for RegionOf()
-  for (int f = 0, number = 0; f < topology.face_count(); ++f) {
-    if (measured[f] != 0) continue;
-    for (const int face : RegionOf(topology, f, &measured).faces) part[face] = number;
-    ++number;
-  }
-  return part;
-}
-
 // Whether it is a gap that was bridged: everywhere near to measured faces, at a boundary between
 // two parts of them.
 absl::StatusOr<bool> IsBridge(const ControlMesh& mesh, const MeshTopology& topology,
@@ -186,8 +175,12 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
   for (size_t f = 0; f < taken.size(); ++f) {
     taken[f] = static_cast<double>(unmeasured[f]) < kUnmeasuredShare;
   }
-  std::vector<int> part;
-  if (filled.gap > 0) part = MeasuredParts(topology, taken);
+  std::vector<int> part;  // of measured faces
+  if (filled.gap > 0) {
+    int parts = 0;
+    part = ConnectedParts(
+        taken, [&](int f) { return topology.face_neighbors.col(f); }, &parts);
+  }
   for (int f = 0; f < topology.face_count(); ++f) {
     if (taken[f] != 0) continue;
     const FaceRegion region = RegionOf(topology, f, &taken);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/solve_settings.h"
 #include "core/surface/closest_point_tree.h"
@@ -288,14 +289,11 @@ absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refin
   Eigen::Matrix3Xd places(3, refinement.levels[SearchLevel(refinement)].vertex_count);
   for (int v = 0; v < places.cols(); ++v) places.col(v) = reacher.PlaceOf(v);
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, SearchTree(refinement, places, context));
-  return ParallelFor(static_cast<int64_t>(feet->size()), kLightBlock, context,
-                     [&](int64_t begin, int64_t end) {
-                       for (int64_t p = begin; p < end; ++p) {
-                         if ((*feet)[p].found()) continue;
-                         const int item = tree.Closest(cloud.points.col(p)).item;
-                         (*feet)[p] = reacher.Reach(p, tree.source()[item]);
-                       }
-                     });
+  return ParallelForEach(static_cast<int64_t>(feet->size()), kLightBlock, context, [&](int64_t p) {
+    if ((*feet)[p].found()) return;
+    const int item = tree.Closest(cloud.points.col(p)).item;
+    (*feet)[p] = reacher.Reach(p, tree.source()[item]);
+  });
 }
 
 }  // namespace rilievo

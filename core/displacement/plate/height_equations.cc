@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"
@@ -90,15 +91,11 @@ class System {
   // Multiplies by the matrix; returns the product's dot with `x`.
   absl::StatusOr<double> Multiply(const std::vector<float>& x, std::vector<float>* product) {
     const int64_t count = level_.vertex_count();
-    RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
-          for (int64_t v = begin; v < end; ++v) {
-            const float bend = stiffness_.bend[v];
-            share_[v] = bend > 0
-                            ? bend * BendAt(level_, x, static_cast<int>(v)) / level_.row_size[v]
-                            : 0.0f;
-          }
-        }));
+    RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kLightBlock, context_, [&](int64_t v) {
+      const float bend = stiffness_.bend[v];
+      share_[v] =
+          bend > 0 ? bend * BendAt(level_, x, static_cast<int>(v)) / level_.row_size[v] : 0.0f;
+    }));
     return SumOver(count, context_, [&](int64_t begin, int64_t end) {
       double dot = 0;
       for (int64_t v = begin; v < end; ++v) {
@@ -185,12 +182,9 @@ absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
                                return sum;
                              }));
     const auto keep = static_cast<float>(next / square);
-    RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-          for (int64_t v = begin; v < end; ++v) {
-            direction[v] = residual[v] / system.diagonal(v) + keep * direction[v];
-          }
-        }));
+    RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kLightBlock, context, [&](int64_t v) {
+      direction[v] = residual[v] / system.diagonal(v) + keep * direction[v];
+    }));
     square = next;
   }
   return absl::OkStatus();

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"
@@ -127,17 +127,14 @@ absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
 absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<float>& heights,
                                                             const RunContext& context) const {
   std::vector<float> residuals(feet_->size(), 0.0f);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(residuals.size()), kLightBlock, context,
-                                      [&](int64_t begin, int64_t end) {
-                                        for (int64_t p = begin; p < end; ++p) {
-                                          const PointFoot& foot = (*feet_)[p];
-                                          if (!foot.found()) continue;
-                                          double off = -foot.offset;
-                                          for (int k = 0; k < 3; ++k)
-                                            off += foot.weight[k] * heights[foot.corner[k]];
-                                          residuals[p] = static_cast<float>(off);
-                                        }
-                                      }));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach(static_cast<int64_t>(residuals.size()), kLightBlock, context, [&](int64_t p) {
+        const PointFoot& foot = (*feet_)[p];
+        if (!foot.found()) return;
+        double off = -foot.offset;
+        for (int k = 0; k < 3; ++k) off += foot.weight[k] * heights[foot.corner[k]];
+        residuals[p] = static_cast<float>(off);
+      }));
   return residuals;
 }
 
@@ -162,12 +159,10 @@ absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const Run
 absl::StatusOr<std::vector<int>> HeightProblem::RegionOfPoints(int level,
                                                                const RunContext& context) const {
   std::vector<int> region(feet_->size(), -1);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(region.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t p = begin; p < end; ++p) {
-          const PointFoot& foot = (*feet_)[p];
-          if (foot.found()) region[p] = CoarseFoot(foot, *refinement_, level).NearestCorner();
-        }
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach(static_cast<int64_t>(region.size()), kLightBlock, context, [&](int64_t p) {
+        const PointFoot& foot = (*feet_)[p];
+        if (foot.found()) region[p] = CoarseFoot(foot, *refinement_, level).NearestCorner();
       }));
   return region;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/loop/split_normals.h"
 
@@ -62,10 +62,8 @@ class LevelBuilder {
     level_.row_size.assign(count, 0.0f);
     level_.inverse_edge2.assign(count, 0.0f);
     std::vector<float> edge(count);
-    RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-          for (int64_t v = begin; v < end; ++v) edge[v] = FillRow(static_cast<int>(v));
-        }));
+    RILIEVO_RETURN_IF_ERROR(ParallelForEach(
+        count, kLightBlock, context, [&](int64_t v) { edge[v] = FillRow(static_cast<int>(v)); }));
     for (const float length : edge) level_.mean_edge += length / count;
     return std::move(level_);
   }

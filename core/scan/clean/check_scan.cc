@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/morton_order.h"
@@ -124,9 +125,8 @@ absl::StatusOr<std::vector<uint8_t>> PlacesWithCompany(const Eigen::Matrix3Xd& p
       return false;
     });
   };
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t place = begin; place < end; ++place) company[place] = has_company(place);
-  }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(
+      count, kLightBlock, context, [&](int64_t place) { company[place] = has_company(place); }));
   return company;
 }
 

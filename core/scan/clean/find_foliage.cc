@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/patch_moments.h"
@@ -56,13 +56,10 @@ float MedianOf(std::vector<float> values) {
 absl::StatusOr<std::vector<float>> FarOff(const OrientedCloud& cloud, const NeighborGraph& graph,
                                           const RunContext& context) {
   std::vector<float> off(static_cast<size_t>(graph.size())), in_spacings(off.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          off[i] = OffNeighbors(cloud, graph, static_cast<int>(i));
-          in_spacings[i] = off[i] / cloud.spacing[i];
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
+    off[i] = OffNeighbors(cloud, graph, static_cast<int>(i));
+    in_spacings[i] = off[i] / cloud.spacing[i];
+  }));
   const float least = kOffMedian * MedianOf(off);
   const float least_spacings = std::max(kOffSpacing, kOffMedian * MedianOf(in_spacings));
   for (size_t i = 0; i < off.size(); ++i) {
@@ -100,21 +97,18 @@ absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
   const std::vector<uint8_t> rings = RingsAround(graph, marked);
   std::vector<PatchMoments> patches(marked.size()), wider(marked.size());
   for (int ring = 1; ring <= kVolumeRings; ++ring) {
-    RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-          for (int64_t i = begin; i < end; ++i) {
-            if (rings[i] < ring) continue;
-            PatchSum sum;
-            sum.Add(patches[i], Eigen::Vector3d::Zero());
-            for (const int j : graph.neighbors(static_cast<int>(i))) {
-              sum.Add(patches[j], cloud.points.col(j) - cloud.points.col(i));
-            }
-            wider[i] = sum.Mean();
-            if (!in_volume[i] || (ring != kRings && ring != kVolumeRings)) continue;
-            const PatchPlane plane = FitPlane(wider[i]);
-            in_volume[i] = plane.thickness > kVolume * kVolume * plane.spread;
-          }
-        }));
+    RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
+      if (rings[i] < ring) return;
+      PatchSum sum;
+      sum.Add(patches[i], Eigen::Vector3d::Zero());
+      for (const int j : graph.neighbors(static_cast<int>(i))) {
+        sum.Add(patches[j], cloud.points.col(j) - cloud.points.col(i));
+      }
+      wider[i] = sum.Mean();
+      if (!in_volume[i] || (ring != kRings && ring != kVolumeRings)) return;
+      const PatchPlane plane = FitPlane(wider[i]);
+      in_volume[i] = plane.thickness > kVolume * kVolume * plane.spread;
+    }));
     patches.swap(wider);
   }
   return in_volume;
@@ -154,14 +148,11 @@ absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> share, FarOff(cloud, graph, context));
   std::vector<float> around(share.size());
   for (int ring = 0; ring < kRings; ++ring) {
-    RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-          for (int64_t i = begin; i < end; ++i) {
-            float sum = share[i];
-            for (const int j : graph.neighbors(static_cast<int>(i))) sum += share[j];
-            around[i] = sum / static_cast<float>(graph.k + 1);
-          }
-        }));
+    RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+      float sum = share[i];
+      for (const int j : graph.neighbors(static_cast<int>(i))) sum += share[j];
+      around[i] = sum / static_cast<float>(graph.k + 1);
+    }));
     share.swap(around);
   }
   std::vector<uint8_t> foliage(share.size());

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
@@ -135,10 +136,9 @@ absl::StatusOr<std::vector<PlaneResidual>> AllPlaneResiduals(const Eigen::Matrix
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<PatchMoments> patches,
                            ComputePatchMoments(points, graph, context));
   std::vector<PlaneResidual> residuals(patches.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) residuals[i] = StandingOf(patches[i], graph.k);
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kLightBlock, context, [&](int64_t i) {
+    residuals[i] = StandingOf(patches[i], graph.k);
+  }));
   return residuals;
 }
 
@@ -202,11 +202,8 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
   // Each is a chain of steps, so the two go side by side.
   std::array<absl::StatusOr<std::vector<float>>, 2> fields;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(2, 1, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      fields[i] =
-          UsualDistances(graph, reaches, i == 0 ? kSpacingGrowth : kGrowthOffSheets, context);
-    }
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(2, 1, context, [&](int64_t i) {
+    fields[i] = UsualDistances(graph, reaches, i == 0 ? kSpacingGrowth : kGrowthOffSheets, context);
   }));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, std::move(fields[0]));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual_off_sheets, std::move(fields[1]));

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -65,23 +65,17 @@ struct Widener {
     std::vector<PatchMoments> wider(patches->size());
     std::vector<uint8_t> widened(patches->size());
     for (int round = 0; round < kMaxRounds; ++round) {
-      RILIEVO_RETURN_IF_ERROR(
-          ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t at = begin; at < end; ++at) {
-              const int i = static_cast<int>(at);
-              const double error = NormalError(i);
-              widened[i] = NeedsWidening(i, error);
-              wider[i] = widened[i] ? Widened(i, *patches, error) : (*patches)[i];
-            }
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t at) {
+        const int i = static_cast<int>(at);
+        const double error = NormalError(i);
+        widened[i] = NeedsWidening(i, error);
+        wider[i] = widened[i] ? Widened(i, *patches, error) : (*patches)[i];
+      }));
       if (std::find(widened.begin(), widened.end(), 1) == widened.end()) break;
       patches->swap(wider);
-      RILIEVO_RETURN_IF_ERROR(
-          ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i) {
-              if (widened[i]) planes[i] = FitPlane((*patches)[i]);
-            }
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+        if (widened[i]) planes[i] = FitPlane((*patches)[i]);
+      }));
     }
     return absl::OkStatus();
   }
@@ -106,28 +100,26 @@ absl::Status SpreadToAll(const Eigen::Matrix3Xd& points, const NeighborGraph& gr
                          const PointIndex& thinned, const std::vector<PatchMoments>& wide,
                          const RunContext& context, std::vector<PatchMoments>* patches,
                          std::vector<PatchPlane>* planes) {
-  return ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      PatchSum sum;
-      const auto add = [&](int thin) {
-        sum.Add(wide[thin], points.col(static_cast<int64_t>(thin) * stride) - points.col(i));
-      };
-      bool found = i % stride == 0;
-      if (found) add(static_cast<int>(i / stride));
-      for (const int j : graph.neighbors(static_cast<int>(i))) {
-        if (j % stride != 0) continue;
-        add(j / stride);
-        found = true;
-      }
-      if (!found) {
-        int nearest = 0;
-        double squared = 0;
-        thinned.Nearest(points.col(i), 1, &nearest, &squared);
-        add(nearest);
-      }
-      (*patches)[i] = sum.Mean();
-      (*planes)[i] = FitPlane((*patches)[i]);
+  return ParallelForEach(points.cols(), kSearchBlock, context, [&](int64_t i) {
+    PatchSum sum;
+    const auto add = [&](int thin) {
+      sum.Add(wide[thin], points.col(static_cast<int64_t>(thin) * stride) - points.col(i));
+    };
+    bool found = i % stride == 0;
+    if (found) add(static_cast<int>(i / stride));
+    for (const int j : graph.neighbors(static_cast<int>(i))) {
+      if (j % stride != 0) continue;
+      add(j / stride);
+      found = true;
     }
+    if (!found) {
+      int nearest = 0;
+      double squared = 0;
+      thinned.Nearest(points.col(i), 1, &nearest, &squared);
+      add(nearest);
+    }
+    (*patches)[i] = sum.Mean();
+    (*planes)[i] = FitPlane((*patches)[i]);
   });
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/adaptive_patches.h"
@@ -82,14 +83,11 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
     }
   }));
   std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          for (size_t l = 0; l < lengths.size(); ++l) {
-            noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
-          }
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+    for (size_t l = 0; l < lengths.size(); ++l) {
+      noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
+    }
+  }));
   return noise;
 }
 
@@ -154,22 +152,17 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
     if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
     return RobustNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
   };
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          const int center = static_cast<int>(i);
-          cloud->normals.col(i) =
-              is_clean(i) ? clean_normal(center, graph.neighbors(center))
-                          : SharpNormal(points, graph, patches, planes, noise[i], center);
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+    const int center = static_cast<int>(i);
+    cloud->normals.col(i) = is_clean(i)
+                                ? clean_normal(center, graph.neighbors(center))
+                                : SharpNormal(points, graph, patches, planes, noise[i], center);
+  }));
   // On the rim of a wall both layers are its neighbours.
   const auto replaced_count = static_cast<int64_t>(replaced.points.size());
-  return ParallelFor(replaced_count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t r = begin; r < end; ++r) {
-      const int i = replaced.points[r];
-      if (is_clean(i)) cloud->normals.col(i) = clean_normal(i, replaced.list(r, graph.k));
-    }
+  return ParallelForEach(replaced_count, kSearchBlock, context, [&](int64_t r) {
+    const int i = replaced.points[r];
+    if (is_clean(i)) cloud->normals.col(i) = clean_normal(i, replaced.list(r, graph.k));
   });
 }
 
@@ -190,39 +183,31 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
                            ComputePatchMoments(points, graph, context));
   std::vector<PatchPlane> planes(static_cast<size_t>(count));
   std::vector<double> first_spread(static_cast<size_t>(count));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          const int center = static_cast<int>(i);
-          const std::vector<float> distances = NeighborDistances(points, graph, center);
-          planes[i] = FitPlane(patches[i]);
-          first_spread[i] = planes[i].spread;
-          cloud.spacing[i] = LocalSpacing(distances);
-          cloud.noise[i] = static_cast<float>(QuadricResidual(
-              points, center, graph.neighbors(center), distances.back(), planes[i].normal));
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+    const int center = static_cast<int>(i);
+    const std::vector<float> distances = NeighborDistances(points, graph, center);
+    planes[i] = FitPlane(patches[i]);
+    first_spread[i] = planes[i].spread;
+    cloud.spacing[i] = LocalSpacing(distances);
+    cloud.noise[i] = static_cast<float>(QuadricResidual(points, center, graph.neighbors(center),
+                                                        distances.back(), planes[i].normal));
+  }));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise, MeasurementNoise(cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(
       AdaptPatches(points, graph, noise, cloud.spacing, context, &patches, &planes));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          // Where patches had to be widened, the nearest neighbours are the nearest in height too
-          // and show too little of the noise.
-          if (planes[i].spread < kWidened * first_spread[i]) continue;
-          cloud.noise[i] =
-              std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+    // Where patches had to be widened, the nearest neighbours are the nearest in height too
+    // and show too little of the noise.
+    if (planes[i].spread < kWidened * first_spread[i]) return;
+    cloud.noise[i] = std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
+  }));
   first_spread = std::vector<double>();
   RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(ChooseNormals(graph, replaced, patches, planes, noise, context, &cloud));
   estimated.near_edge = NearEdgePoints(planes, noise, cloud.spacing);
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
+    cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
+  }));
   cloud.median_spacing = Median(cloud.spacing);
   cloud.median_noise = Median(cloud.noise);
   return estimated;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/quadric_residual.h"
 
@@ -65,16 +65,13 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
   const int64_t count = cloud.points.cols();
   const int64_t samples = std::min<int64_t>(count, kMostSamples);
   std::vector<double> ratios(static_cast<size_t>(samples), -1);
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(samples, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t s = begin; s < end; ++s) {
-          const int point = static_cast<int>(s * count / samples);
-          const double noise = cloud.noise[point], spacing = cloud.spacing[point];
-          if (!(noise > kLeastRatio * spacing)) continue;
-          const double found = NoiseAlong(cloud, index, point, noise / spacing);
-          if (found >= 0) ratios[s] = found / noise;
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples, kHeavyBlock, context, [&](int64_t s) {
+    const int point = static_cast<int>(s * count / samples);
+    const double noise = cloud.noise[point], spacing = cloud.spacing[point];
+    if (!(noise > kLeastRatio * spacing)) return;
+    const double found = NoiseAlong(cloud, index, point, noise / spacing);
+    if (found >= 0) ratios[s] = found / noise;
+  }));
   ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0), ratios.end());
   if (ratios.size() < kLeastSamples) return 1.0;
   const auto middle =

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -110,12 +111,9 @@ absl::StatusOr<std::vector<float>> EdgeSignVotes(const NeighborGraph& graph,
                                                  const OrientedCloud& cloud,
                                                  const RunContext& context) {
   std::vector<float> overlap(static_cast<size_t>(graph.size()));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          overlap[i] = Overlap(cloud, static_cast<int>(i), graph.neighbors(static_cast<int>(i)));
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
+    overlap[i] = Overlap(cloud, static_cast<int>(i), graph.neighbors(static_cast<int>(i)));
+  }));
   std::vector<float> relations(graph.indices.size());
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {

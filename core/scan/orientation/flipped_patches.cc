@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/base/ablation.h"
-#include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
@@ -132,10 +132,9 @@ class FaceSearch {
     while (!next.empty()) {
       std::vector<uint8_t> disagrees(next.size());
       const auto count = static_cast<int64_t>(next.size());
-      RILIEVO_RETURN_IF_ERROR(
-          ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i) disagrees[i] = Disagrees(next[i], field);
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kHeavyBlock, context, [&](int64_t i) {
+        disagrees[i] = Disagrees(next[i], field);
+      }));
       std::vector<int> further;
       for (size_t i = 0; i < next.size(); ++i) {
         if (disagrees[i] == 0) continue;
@@ -333,11 +332,9 @@ class FaceSearch {
                              FindSuspects(std::move(doubtful), field, context));
     const std::vector<std::vector<int>> windows = Windows(std::move(suspects));
     std::vector<std::vector<int>> to_turn(windows.size());
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(windows.size()), 1, context,
-                                        [&](int64_t begin, int64_t end) {
-                                          for (int64_t w = begin; w < end; ++w)
-                                            to_turn[w] = Search(windows[w], field, context);
-                                        }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelForEach(static_cast<int64_t>(windows.size()), 1, context,
+                        [&](int64_t w) { to_turn[w] = Search(windows[w], field, context); }));
     std::vector<int> turned;
     for (const std::vector<int>& list : to_turn) {
       for (const int patch : list) Turn(patch);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_for_each.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
@@ -159,14 +160,11 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
     }
     return static_cast<int>(std::max(doubt, 0.0) * kLevels);
   };
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t a = begin; a < end; ++a) {
-          for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
-            levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
-          }
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kLightBlock, context, [&](int64_t a) {
+    for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
+      levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
+    }
+  }));
   SignedUnionFind sets(graph.size());
   RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(
       graph, relations, levels, kLevels, context, [&](int a, int b, uint8_t opposite) {
