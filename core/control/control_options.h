@@ -34,7 +34,8 @@ enum class DomainScheme {
 
 const char* TopologyName(Topology topology);
 
-// Of the diagonal.
+// Of the diagonal. A border as near to that of the mesh is exact, and so is a surface without
+// heights.
 inline constexpr double kExactBorder = 1e-5;
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
 inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;

@@ -15,9 +15,6 @@
 namespace rilievo {
 namespace {
 
-// The fit holds the stencils of a face's vertices densely: their cost grows with the square of the
-// valence.
-constexpr int kMostValence = 64;
 constexpr double kFarthest = 10;  // diagonals
 
 constexpr double kNear = 0.25;  // of the diagonal

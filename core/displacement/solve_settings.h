@@ -31,8 +31,8 @@ struct SolveSettings {
   // Booleans of scans had spikes of 1 to 5 % of the diagonal. Three times as much changes nothing,
   // ten times as much costs a clean scan 0.4 % of its RMS error.
   double domain_weight = 1e-4;
-  // Where no points are, in control edges: over how many a slope decays, and a height.
-  double slope_range = 1, height_range = 6;
+  // Where no points are, a slope decays over a control edge, and a height over so many.
+  double height_range = 6;
   // Points to a region that has a filter length of its own.
   double region_points = 40;
   // Degrees of freedom that the fit of the domain took for each of its control vertices; they
@@ -41,11 +41,9 @@ struct SolveSettings {
   // The filter that flat triangles are by themselves, in edges; measured by the trace of the fit
   // (Hutchinson 1990) where an edge is about a spacing.
   double filter_of_edge = 0.24;
-  // A region that one control vertex serves has at least so many points.
-  double least_points = 3;
-  // Residual at which a point's weight is a quarter, in the larger of its noise and `least_noise`
+  // Residual at which a point's weight is a quarter, in the larger of its noise and kLittleNoise
   // spacings.
-  double robust_residual = 5, least_noise = 0.15;
+  double robust_residual = 5;
   // Conjugate gradients: steps on each level, and where heights are only to be compared; and the
   // residual, relative to the right side, that ends them.
   int steps = 40, trial_steps = 10;

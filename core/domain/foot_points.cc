@@ -11,20 +11,19 @@
 #include "core/base/status_macros.h"
 #include "core/domain/sharp_foot_points.h"
 #include "core/geometry/vertex_ring.h"
+#include "core/points/belonging.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
 
-// So many; and so many where all the first lie on the other sheet of a thin wall, at borders and at
-// creases.
-constexpr int kNearest = 8;
+// Instead of kNearPoints, where all of these lie on the other sheet of a thin wall, at borders and
+// at creases.
 constexpr int kManyNearest = 32;
 // Beyond a gap of so many spacings lies the far side of an opening, or strays: a boundary that
 // follows them spans open space.
 constexpr double kBorderGap = 2.0;
-// A sample whose nearest points all lie farther aside than this stands over a hole.
-constexpr double kGapSpacings = 3.0;
+// A sample whose nearest points all lie farther aside than kGapSpacings stands over a hole.
 // The direction from a far sample to its foot is as uncertain as the normals are.
 constexpr double kGapPerOffset = 0.5;
 // Of a foot on a known line, beside that of other samples: no height mends what lies aside of it.
@@ -85,7 +84,7 @@ class FootSum {
 void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, FootSum* sum) {
   int found[kManyNearest];
   double squared[kManyNearest];
-  for (int wanted : {kNearest, kManyNearest}) {
+  for (int wanted : {kNearPoints, kManyNearest}) {
     const int count = index.Nearest(position, wanted, found, squared);
     bool same_sheet = false;
     for (int k = 0; k < count; ++k) same_sheet |= sum->AddNearest(found[k]);

@@ -15,6 +15,7 @@
 #include "core/meshes/check_mesh.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/shape_input.h"
+#include "core/points/belonging.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/count_folds.h"
 
@@ -159,8 +160,7 @@ Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh) {
 }
 
 Shape PointsToMeasure(OrientedCloud cloud) {
-  constexpr float kGapSpacings = 3;
-  for (float& gap : cloud.spacing) gap *= kGapSpacings;
+  for (float& gap : cloud.spacing) gap *= static_cast<float>(kGapSpacings);
   return {std::move(cloud.points), {}, std::move(cloud.spacing), std::move(cloud.normals)};
 }
 

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/codec/container/dss.h"
+#include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/sample_heights.h"
 #include "core/pipeline/stage_scope.h"
@@ -53,7 +54,7 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded);
 std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded);
 
 // Enough for an RMS to 1 %.
-inline constexpr int64_t kMostSomePoints = 50000;
+inline constexpr int64_t kMostSomePoints = kCertifiedSamples;
 // Points spread evenly over the scan, for they are in Morton order; at most kMostSomePoints.
 Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points);
 

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/control/user_control_mesh.h"
 #include "core/geometry/half_edges.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kMostTriangles = 64;    // at a vertex
 constexpr double kLeastArea = 1e-12;  // of the squared diagonal, twice the area
 constexpr int kSharpEdgesOfCorner = 3;
 
@@ -30,7 +30,7 @@ std::optional<ControlMesh> ControlMeshOfFewTriangles(const Shape& mesh, int64_t 
   const auto count = static_cast<int>(mesh.vertices.cols());
   std::vector<int> triangles(static_cast<size_t>(count), 0), edges(triangles);
   for (const int corner : mesh.triangles.reshaped()) {
-    if (++triangles[static_cast<size_t>(corner)] > kMostTriangles) return {};
+    if (++triangles[static_cast<size_t>(corner)] > kMostValence) return {};
   }
   ControlMesh control{mesh.vertices, mesh.triangles};
   ForEachEdge(mesh.triangles, count, [&](int low, int high, const HalfEdgeGroup& group) {

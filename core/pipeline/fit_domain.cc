@@ -20,6 +20,7 @@
 #include "core/loop/refinement.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
+#include "core/scan/local_shape/thick_noise.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
@@ -33,10 +34,6 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // little, and to 1.04 at most from the ratio to the spacing on at which its scale is known
 // (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
-constexpr double kKnownNoiseSpacings = 1.0 / 3;
-// Of points on the triangles of a mesh, where the domain does without heights: a tenth of the 0.01
-// % that conversions are to keep.
-constexpr double kExactRms = 1e-5;
 constexpr int kFewestExact = 24;  // faces
 constexpr int kLevelOfReach = 3, kSamplesOfReach = 20'000;
 
@@ -73,11 +70,11 @@ struct FewFaces {
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
   if (noise >= kLeastNoiseSpacings * spacing) {
-    const bool known = noise > kKnownNoiseSpacings * spacing;
+    const bool known = noise > kUnderstatedNoise * spacing;
     const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
     return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
   }
-  return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
+  return {triangles > 0 && triangles < faces ? kExactBorder : 0, kFewestExact};
 }
 
 // Whether the smooth surface of `domain` comes to all of `mesh`, that it lies on: where it ends

@@ -11,6 +11,7 @@
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/points/belonging.h"
 #include "core/points/morton_order.h"
 #include "core/surface/closest_point_tree.h"
 
@@ -21,7 +22,6 @@ constexpr double kMedianOfNormal = 0.6745;  // of |x|, where x has a deviation o
 // A point that is this many times farther off along the surface than across it lies beyond a
 // border.
 constexpr double kBeyond = 2;
-constexpr int kLeastTold = 3;  // points that tell anything of a patch
 
 absl::StatusOr<Eigen::Matrix3Xd> FinitePoints(const PointCloud& scan, const SpatialFrame& frame,
                                               const RunContext& context) {
@@ -100,7 +100,7 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
     std::copy_if(counts.begin(), counts.end(), std::back_inserter(of_seen),
                  [](int count) { return count > 0; });
     const bool largest = patches.triangles_each >= surface.children_per_face;
-    if (largest || Median(std::move(of_seen)) >= kFewestPoints) break;
+    if (largest || Median(std::move(of_seen)) >= kFewestOfPlane) break;
   }
   std::vector<std::vector<float>> across(counts.size());
   for (size_t p = 0; p < counts.size(); ++p) across[p].reserve(counts[p]);
@@ -114,7 +114,7 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
   const double noise = points.noise * points.noise, error = surface_error * surface_error;
   for (std::vector<float>& of_patch : across) {
     patches.contradicted.push_back(0);
-    if (of_patch.size() < kLeastTold) continue;
+    if (of_patch.size() < kFewestWitnesses) continue;
     const double of_median = std::numbers::pi / 2 * noise / static_cast<double>(of_patch.size());
     const double most = deviations * std::sqrt(of_median + error);
     patches.contradicted.back() = std::abs(Median(std::move(of_patch))) > most ? 1 : 0;

@@ -42,7 +42,7 @@ struct ScannedPatches {
   std::vector<uint8_t> contradicted;  // by patch
 };
 
-// Patches as small as the points allow: half of those that are seen have kFewestPoints or more. A
+// Patches as small as the points allow: half of those that are seen have kFewestOfPlane or more. A
 // patch of n points is contradicted where the median m of `across` is too large for the noise of
 // the scan and the error of the surface, a standard deviation each:
 //   |m| > sqrt(2 ln N) sqrt(pi / 2 noise^2 / n + error^2),
@@ -50,7 +50,6 @@ struct ScannedPatches {
 // numbers is about sqrt(2 ln N) (Donoho and Johnstone, Biometrika 81, 1994); N: patches that are
 // seen. So a change is told that is smaller than the noise of a point, and a few outliers tell
 // none.
-inline constexpr int kFewestPoints = 6;
 ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& surface,
                                   double surface_error);
 

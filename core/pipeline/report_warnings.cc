@@ -14,7 +14,6 @@ constexpr double kPoorFitSpacings = 2.0;                    // RMS of the points
 constexpr double kFilledShare = 0.2;                        // of all heights
 constexpr double kDisagreementShare = 0.05;                 // of neighbouring normals
 constexpr double kMostlyOneWay = 1.5, kMostlyNoise = 0.75;  // shares of an error that explain it
-constexpr double kNoiseSpacings = 1.0;                      // median noise, in median spacings
 
 double Share(int64_t part, int64_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -109,7 +108,7 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
     warnings.push_back(
         absl::StrFormat("%.0f %% of the heights had no data and were filled in.", 100 * filled));
   }
-  if (report.median_spacing > 0 && report.median_noise > kNoiseSpacings * report.median_spacing) {
+  if (report.median_spacing > 0 && report.median_noise > report.median_spacing) {
     warnings.push_back(absl::StrFormat(
         "The noise (%.2f %% of the diagonal) exceeds the spacing of the points (%.2f %%): detail "
         "below the noise is smoothed away.",

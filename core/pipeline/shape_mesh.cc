@@ -19,6 +19,7 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/option_lengths.h"
 #include "core/pipeline/shape_input.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -58,7 +59,6 @@ constexpr double kBorderWeight = 20;
 constexpr double kMostSagitta = 1e-4;
 
 // A border that turns further than this has a corner.
-constexpr double kBorderCorner = 30 * std::numbers::pi / 180;
 
 // The ends of its creases, two columns each.
 Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
@@ -81,7 +81,7 @@ absl::StatusOr<KnownBorders> BordersOf(double spacing, ControlMesh* mesh) {
       ends.push_back(loop[(i + 1) % loop.size()]);
     }
     const CreaseChain line{loop, std::vector<int>(loop.size()), true};  // edges are not asked for
-    for (const int i : CornersOfLine(mesh->vertices, line, kBorderCorner, spacing / 2)) {
+    for (const int i : CornersOfLine(mesh->vertices, line, kSharpAngle, spacing / 2)) {
       corners.push_back(i);
     }
   }

@@ -30,10 +30,9 @@ namespace rilievo {
 namespace {
 
 // Rings of patches around contradicted ones whose heights are made anew as well; along the last of
-// them they pass over into the old ones.
+// them they pass over into the old ones. As many rings of control faces around these tell the plate
+// and the points.
 constexpr int kRings = 2;
-// Rings of control faces around those with heights that are made anew, for their plate and points.
-constexpr int kPlateRings = 2;
 // Of the points that contradict the surface, those that may still do so in the end.
 constexpr double kMostUnreached = 0.1;
 
@@ -199,7 +198,7 @@ absl::StatusOr<HeightsAnew> MeasureAnew(const Updated& updated, const std::vecto
   const int level = surface.max_level;
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter,
                            PartCutter::Make(surface.control_mesh, updated.control));
-  const SubMesh sub = cutter.Cut(faces, kPlateRings);
+  const SubMesh sub = cutter.Cut(faces, kRings);
   RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
                            AnalyzeOver(sub.faces, points, updated.triangles, context));
   if (cloud.points.cols() == 0) return HeightsAnew();

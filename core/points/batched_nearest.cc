@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/wide_registers.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -28,7 +29,6 @@ constexpr int64_t kMostPlaces = 64;
 constexpr int kFewestPlaces = 4;  // for fewer, gathering does not pay
 // A place that lies alone would have its run gather all of a dense part.
 constexpr int kMostGathered = 1024;
-constexpr double kRounding = 1e-9;  // of a radius
 constexpr int kMostCounted = 128;
 
 size_t WholeLanes(size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }

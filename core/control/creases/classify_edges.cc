@@ -8,6 +8,7 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -20,8 +21,6 @@ struct FoldedEdge {
   std::array<Vector3d, 2> normals, opposite;
 };
 
-// Sides that meet flatter are not a crease: cos 30 degrees.
-constexpr double kSharpCosine = 0.866;
 // Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.
 constexpr double kStrongEvidence = 20;
 constexpr double kWeakEvidence = 8;
@@ -44,7 +43,8 @@ EdgePlace PlaceOf(const FoldedEdge& edge) {
 }
 
 EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place) {
-  if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned) {
+  if (planes.cosine > std::cos(kSharpAngle) ||
+      std::abs(planes.direction.dot(place.along)) < kAligned) {
     return EdgeClass::kSmooth;
   }
   const bool blunt = planes.bluntness > kBlunt;

@@ -12,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/points/belonging.h"
 #include "core/points/neighborhood_size.h"
 
 namespace rilievo {
@@ -20,10 +21,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kFewestPoints = 32, kMostPoints = 128;
-constexpr int kRounds = 4;
-constexpr int kLeastSidePoints = 6;
-// Least cosine of a side's normal and the normals of the face and of the points it is made of.
-constexpr double kSameSide = 0.3;
 
 // How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
 // searched for in vain.
@@ -47,12 +44,12 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   // The nearest of the face's side.
   int seed = count;
   for (int i = 0; i < count; ++i) {
-    if (cloud.normals.col(found[i]).dot(*face_normal) < kSameSide) continue;
+    if (cloud.normals.col(found[i]).dot(*face_normal) < kSameSheet) continue;
     if (seed == count || squared[i] < squared[seed]) seed = i;
   }
   if (seed == count) return;
   Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSideRounds; ++round) {
     const double width = (round == 0 ? 2.0 : 1.0) * std::max(2 * noise, 0.3 * spacing);
     Vector3d sum = Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
@@ -60,7 +57,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
     int members = 0;
     for (int i = 0; i < count; ++i) {
       const double agreement = normal.dot(cloud.normals.col(found[i]));
-      if (agreement < 0.7) continue;
+      if (agreement < kSameSide) continue;
       const Vector3d at = cloud.points.col(found[i]) - center;
       const double off = normal.dot(at + center - point) / width;
       if (off * off > 4) continue;
@@ -71,7 +68,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
       weights += weight;
       ++members;
     }
-    if (members < kLeastSidePoints) return;
+    if (members < kFewestOfPlane) return;
     const Vector3d mean = sum / weights;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(squares / weights - mean * mean.transpose());
@@ -80,7 +77,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
     normal = axis.dot(normal) < 0 ? Vector3d(-axis) : axis;
     point = mean + center;
   }
-  if (normal.dot(*face_normal) < kSameSide) return;
+  if (normal.dot(*face_normal) < kSameSheet) return;
   *face_normal = normal;
   *face_point = point;
 }

@@ -12,15 +12,15 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-// Angles between faces from which an edge is sharp, and may lead on from a sharp one.
-constexpr double kSharp = 30 * kDegree, kLeadsOn = 15 * kDegree;
+// From half the angle of a sharp edge on one may lead on from it.
+constexpr double kLeadsOn = kSharpAngle / 2;
 // The edges beside a sharp one that are not sharp bend at most so much of what it does ...
 constexpr double kBeside = 1.0 / 3;
 // ... for this share of the length of all.
@@ -28,7 +28,7 @@ constexpr double kCleanShare = 0.9;
 // A triangle of less height, in spacings, has no plane of its own.
 constexpr double kThin = 0.01;
 // A line that turns further than this has a corner; looked at over half a spacing.
-constexpr double kCorner = 50 * kDegree, kTurnSpacings = 0.5;
+constexpr double kCorner = 50 * std::numbers::pi / 180, kTurnSpacings = 0.5;
 // Lines with a free end are longer, in spacings.
 constexpr double kShortestLooseRun = 6;
 
@@ -39,7 +39,7 @@ class SharpEdges {
     FindNormals();
     for (int e = 0; e < topology_.edge_count(); ++e) {
       angles_.push_back(topology_.edge_faces(1, e) < 0 ? 0 : AngleAt(e));
-      sharp_.push_back(angles_.back() >= kSharp);
+      sharp_.push_back(angles_.back() >= kSharpAngle);
     }
   }
 

@@ -9,6 +9,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/implicit/poisson_solver.h"
 #include "core/control/implicit/sizing_field.h"
@@ -49,12 +50,6 @@ GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origi
   // Outside, until the points say otherwise.
   level.values.assign(level.grid.size(), 0.5f);
   return level;
-}
-
-double Median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The levels of the grid, and the one each point asks for.

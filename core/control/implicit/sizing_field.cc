@@ -10,31 +10,27 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
 
 // What makes a point one of another sheet: an opposite normal, and more across than along.
-constexpr double kOppositeNormals = -0.7;
 constexpr double kAcrossShare = 0.6;
-// Sheets that no neighbour lies on are looked for so many spacings across, by every fourth point.
-constexpr double kProbeSpacings = 3;
+// Sheets that no neighbour lies on are looked for across a gap, by every fourth point.
 constexpr int kProbeStride = 4;
 // A sheet or a border that fewer of a point's neighbours see is chance.
 constexpr int kLeastWitnesses = 2;
 // Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
 // surface one point in 200 sees so much by chance.
 constexpr double kFreeAngle = 5 * std::numbers::pi / 6;
-// Least cosine between a point's normal and those of its neighbours where the surface is smooth: an
-// arc of the radius of two of its cells.
-constexpr double kSmoothCosine = 0.9;
 constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
 // Distance across from point i to point j when j lies on an opposite sheet, else infinite.
 float Across(const OrientedCloud& cloud, int i, int j) {
   const Eigen::Vector3d normal = cloud.normals.col(i);
-  if (normal.dot(cloud.normals.col(j)) > kOppositeNormals) return kNone;
+  if (normal.dot(cloud.normals.col(j)) > -kSameSide) return kNone;
   const Eigen::Vector3d chord = cloud.points.col(j) - cloud.points.col(i);
   const double across = std::abs(chord.dot(normal));
   return across < kAcrossShare * chord.norm() ? kNone : static_cast<float>(across);
@@ -48,7 +44,7 @@ float SheetDistanceOf(const OrientedCloud& cloud, const NeighborGraph& graph,
   }
   float nearest = kNone;
   if (i % kProbeStride != 0) return nearest;
-  for (const double side : {-kProbeSpacings, kProbeSpacings}) {
+  for (const double side : {-kGapSpacings, kGapSpacings}) {
     const Eigen::Vector3d probe =
         cloud.points.col(i) + side * double{cloud.spacing[i]} * cloud.normals.col(i);
     int found = 0;
@@ -117,7 +113,8 @@ absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
   return border;
 }
 
-// Whether the normals of all neighbours of a point are about its own, on either side.
+// Whether the normals of all neighbours of a point are about its own, on either side, as on an arc
+// of the radius of two of its cells.
 bool IsSmooth(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d normal = cloud.normals.col(i);
   for (const int j : graph.neighbors(i)) {

@@ -5,16 +5,16 @@
 #include <numbers>
 
 #include "core/base/parallel_for.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int kSamplesPerTask = 256;
-constexpr double kDiscRadius = 0.75;  // of a point's spacing: discs overlap about twice
 
 }  // namespace
 
-double SampleSplats::Reach(double spacing) { return kDiscRadius * spacing; }
+double SampleSplats::Reach(double spacing) { return kDiscSpacings * spacing; }
 
 absl::Status SampleSplats::Take(size_t begin, size_t count, const RunContext& context) {
   begin_ = begin;

@@ -7,13 +7,14 @@
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/plane_frame.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kDiscSpacings = 0.9;    // radius of the disc a point covers, in its own spacings
+constexpr double kOwnDisc = 0.9;         // radius of the disc a point covers, in its own spacings
 constexpr double kLargestRaster = 1000;  // cells along a side
 
 // Squared distances to the nearest source along one line, as the lower envelope of parabolas
@@ -44,7 +45,7 @@ class LineTransform {
     }
   }
 
-  static constexpr float kFar = 1e18F;
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
 
  private:
   double Crossing(int p, int q) const {
@@ -76,7 +77,7 @@ absl::Status CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>
   return SerialFor(points.cols(), context, [&](int64_t i) {
     const Vector2d at = (points.col(i) - area->origin) / area->cell;
     const double radius =
-        std::min(kDiscSpacings * spacing[i], kWidestSpacing * median_spacing) / area->cell;
+        std::min(kOwnDisc * spacing[i], kWidestSpacing * median_spacing) / area->cell;
     const int reach = static_cast<int>(std::ceil(radius));
     const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
     for (int r = std::max(0, row - reach); r <= std::min(area->rows - 1, row + reach); ++r) {
@@ -148,7 +149,7 @@ absl::StatusOr<OccupiedArea> FindOccupiedArea(const Eigen::Matrix2Xd& points,
   OccupiedArea area;
   const Vector2d low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
   area.cell = std::max({median_spacing, (high - low).maxCoeff() / kLargestRaster, 1e-9});
-  const double closing = std::max(1.0, kClosingSpacings * median_spacing / area.cell);  // cells
+  const double closing = std::max(1.0, kGapSpacings * median_spacing / area.cell);  // cells
   const double margin = closing + kWidestSpacing + 2;
   area.origin = low - Vector2d::Constant(margin * area.cell);
   const Vector2d size = (high - low) / area.cell;

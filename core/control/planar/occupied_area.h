@@ -11,9 +11,6 @@
 
 namespace rilievo {
 
-// Of the median: gaps of twice this width are closed, and holes that a disc of this radius fills.
-inline constexpr double kClosingSpacings = 3;
-
 // A raster over the points' plane; (column, row) = floor((position - origin) / cell).
 struct OccupiedArea {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // plane coordinates

@@ -22,6 +22,7 @@
 #include "core/control/planar/plane_lattice.h"
 #include "core/control/planar/sheet_test.h"
 #include "core/control/simplify/relax_mesh.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -31,7 +32,6 @@ using Eigen::Vector3d;
 
 // The smallest hole that is kept open holds this many control faces.
 constexpr double kHoleFaces = 2;
-constexpr int kFewestPoints = 3;  // for a height
 
 // Points by square of the plane, for sums over a neighbourhood. Only squares with points take
 // memory.
@@ -90,7 +90,7 @@ bool LocalHeight(const OrientedCloud& cloud, const Eigen::Matrix3Xd& plane_point
     right += weight * plane_points(2, i) * row;
     ++count;
   });
-  if (count < kFewestPoints || !(gram(0, 0) > 0)) return false;
+  if (count < kFewestWitnesses || !(gram(0, 0) > 0)) return false;
   // Points on one side or one line must not tilt the plane at will.
   const double hold = 0.02 * gram(0, 0);
   const double mean = right[0] / gram(0, 0);
@@ -120,7 +120,7 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, Bounda
   RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, frame, context));
   const Eigen::Matrix3Xd plane_points =
       frame.axes.transpose() * (cloud.points.colwise() - frame.origin);
-  const double disc = kClosingSpacings * cloud.median_spacing;
+  const double disc = kGapSpacings * cloud.median_spacing;
   RILIEVO_ASSIGN_OR_RETURN(
       OccupiedArea area,
       FindOccupiedArea(plane_points.topRows<2>(), cloud.spacing, cloud.median_spacing,

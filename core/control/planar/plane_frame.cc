@@ -14,6 +14,7 @@
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/sheet_test.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -22,7 +23,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kFacingCosine = 0.174;  // 80 degrees
-constexpr double kCellSpacings = 3;      // width of a cell
 
 double FacingShare(const OrientedCloud& cloud, const Vector3d& direction) {
   double facing = 0, all = 0;
@@ -152,7 +152,7 @@ absl::StatusOr<HeightFieldCheck> CheckHeightField(const OrientedCloud& cloud,
                                                   const RunContext& context) {
   HeightFieldCheck check;
   check.facing = FacingShare(cloud, frame.axes.col(2));
-  const double width = std::max(kCellSpacings * cloud.median_spacing, 1e-4);
+  const double width = std::max(kGapSpacings * cloud.median_spacing, 1e-4);
   const double gap = kSheetGap * width;
   RILIEVO_ASSIGN_OR_RETURN(const CellHeights by_cell, HeightsByCell(cloud, frame, width, context));
   if (by_cell.cells.empty()) return check;

@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/refinement.h"
+#include "core/points/belonging.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
@@ -57,12 +58,11 @@ absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, const RunContext& c
 // another.
 double BestCosine(const Triangles& surface, const ClosestPointTree& tree, const Vector3d& point,
                   const Vector3d& normal) {
-  constexpr double kAsNear = 1 + 1e-9;
   std::array<ClosestPointTree::Hit, 16> hits;  // the valence of few vertices is more
   const int count = tree.Nearest(point, hits);
   double best = -1;
   for (int k = 0; k < count; ++k) {
-    if (hits[k].squared_distance > kAsNear * hits[0].squared_distance) break;
+    if (hits[k].squared_distance > (1 + kRounding) * hits[0].squared_distance) break;
     best = std::max(best, surface.NormalOf(tree.source()[hits[k].item]).dot(normal));
   }
   return best;

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/points/belonging.h"
+
 namespace rilievo {
 namespace {
 
-constexpr int kNearest = 8;
-constexpr double kLeastPointsAround = 6;
-constexpr double kAgreement = 0.9;  // mean cosine
-constexpr double kCoverSpacings = 0.75;
+constexpr double kFewestAround = 6;  // points
 constexpr double kSeenSpacings = 2;
-constexpr double kFacing = 0.7;   // least cosine
 constexpr double kSeen = 0.5;     // share of the loop
 constexpr double kCovered = 0.7;  // share of the places within the loop
 
@@ -23,10 +21,10 @@ bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& 
   double points_around = 0, agreement = 0;
   for (size_t i = 0; i < loop.size(); ++i) {
     const int v = loop[i];
-    int found[kNearest];
-    double squared[kNearest];
+    int found[kNearPoints];
+    double squared[kNearPoints];
     const int count =
-        index_.Nearest(vertices.col(v), std::min(kNearest, index_.size()), found, squared);
+        index_.Nearest(vertices.col(v), std::min(kNearPoints, index_.size()), found, squared);
     double best = -1;
     for (int k = 0; k < count; ++k) {
       best = std::max(best, cloud_.normals.col(found[k]).dot(normals.col(v)));
@@ -35,8 +33,8 @@ bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& 
     points_around += (vertices.col(loop[(i + 1) % loop.size()]) - vertices.col(v)).norm() /
                      cloud_.spacing[found[0]];
   }
-  return points_around >= kLeastPointsAround &&
-         agreement >= kAgreement * static_cast<double>(loop.size());
+  return points_around >= kFewestAround &&
+         agreement >= kSmoothCosine * static_cast<double>(loop.size());
 }
 
 bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
@@ -59,8 +57,8 @@ bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
     return std::sqrt(squared) <= spacings * cloud_.spacing[found] ? found : -1;
   };
   const auto is_covered = [&](const Eigen::Vector3d& place) {
-    const int point = point_within(place, kCoverSpacings);
-    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kFacing;
+    const int point = point_within(place, kDiscSpacings);
+    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kSameSide;
   };
   int covered = 0, seen = 0;
   for (const int v : loop) {

@@ -6,11 +6,11 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/batched_nearest.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kSupportNeighbors = 8;
 // Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
 constexpr double kSupportAgreement = 0.4;
 // A point supports what lies within so many of its spacings or of its noise.
@@ -57,7 +57,7 @@ absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
                                            const RunContext& context) {
   const int64_t count = places.cols();
   SurfaceSupport support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
-  const int n = std::min(kSupportNeighbors, index.size());
+  const int n = std::min(kNearPoints, index.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     BatchedNearest nearby(index, cloud.points, n);
     const auto judge = [&](int64_t v, const int* found, const double* squared) {

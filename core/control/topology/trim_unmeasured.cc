@@ -15,6 +15,7 @@
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
+#include "core/points/belonging.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
@@ -24,19 +25,18 @@ namespace {
 // unmeasured when this share of their corners has no support.
 constexpr int kLevel = 2;
 constexpr double kUnmeasuredShare = 0.75;
-// Spacings count up to this many times the scan's median: isolated points far from each other
-// support for no sheet over the wide gaps between them.
-constexpr double kWidestSpacing = 3;
 // From the middle of a gap, in its width, to vertices of its rims: these are half of it away, and
 // an edge between two may be as long.
 constexpr double kReachOfGap = 0.75;
 
+// Up to a gap of the scan: isolated points far from each other support no sheet over the wide gaps
+// between them.
 double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
                  const PointIndex& index) {
   int nearest = 0;
   double squared = 0;
   index.Nearest(position, 1, &nearest, &squared);
-  return std::min(double{cloud.spacing[nearest]}, kWidestSpacing * cloud.median_spacing);
+  return std::min(double{cloud.spacing[nearest]}, kGapSpacings * cloud.median_spacing);
 }
 
 // Connected faces that share a flag.

@@ -8,6 +8,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/displacement/solve_settings.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -37,7 +38,7 @@ std::vector<float> LeverageOfDomain(const LoopRefinement& refinement, int level,
                                     std::vector<float> points) {
   std::vector<float> share = Restrict(refinement, level, 0, std::move(points));
   for (float& s : share) {
-    s = static_cast<float>(kSolve.freedom_of_vertex / std::max<double>(s, kSolve.least_points));
+    s = static_cast<float>(kSolve.freedom_of_vertex / std::max<double>(s, kFewestWitnesses));
   }
   return Prolong(refinement, 0, level, std::move(share));
 }

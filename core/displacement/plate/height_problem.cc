@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -94,7 +95,7 @@ Stiffness HeightProblem::StiffnessOf(int level, const std::vector<float>& length
     const double control_edge = std::ldexp(1.0, level);  // in edges of this level
     // On even triangles sum (height[n] - height[v])^2 is three squared edges times the squared
     // slope, and each edge is that of two vertices.
-    const double stretch = 1 / (12 * Square(kSolve.slope_range * control_edge));
+    const double stretch = 1 / (12 * Square(control_edge));
     const double height = 12 * stretch / Square(kSolve.height_range * control_edge);
     stiffness.stretch.resize(stiffness.bend.size());
     stiffness.height.resize(stiffness.bend.size());
@@ -148,8 +149,7 @@ void HeightProblem::PreferNearPoints() {
 absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> residuals, Residuals(heights, context));
   for (size_t p = 0; p < residuals.size(); ++p) {
-    const double scale =
-        kSolve.robust_residual * std::max(NoiseOf(p), kSolve.least_noise * SpacingOf(p));
+    const double scale = kSolve.robust_residual * std::max(NoiseOf(p), kLittleNoise * SpacingOf(p));
     weights_[p] = static_cast<float>(RobustWeight(residuals[p], scale));
   }
   domain_weight_ = kSolve.domain_weight;

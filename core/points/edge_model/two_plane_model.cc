@@ -22,7 +22,7 @@ constexpr double kClean = 0.15;
 constexpr int kLeastSidePoints = 8;
 constexpr int kRounds = 4, kBowRounds = 2;
 // Least cosine of a point's normal and the nearer of the faces'.
-constexpr double kSameSheet = 0.2;
+constexpr double kNearerFace = 0.2;
 // Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
 constexpr double kOwnSides = 0.5;
 constexpr int kNeither = 2;  // of no side
@@ -73,7 +73,7 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
-    if (more < kSameSheet) {
+    if (more < kNearerFace) {
       // The third side of a corner turns away from both, another sheet faces one of them.
       others += less < kFacing;
       continue;

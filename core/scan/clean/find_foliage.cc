@@ -5,6 +5,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
+#include "core/base/quantile.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/patch_moments.h"
@@ -46,12 +47,6 @@ float OffNeighbors(const OrientedCloud& cloud, const NeighborGraph& graph, int p
   return *chosen;
 }
 
-float MedianOf(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Per point, 1 where it lies far off its neighbours.
 absl::StatusOr<std::vector<float>> FarOff(const OrientedCloud& cloud, const NeighborGraph& graph,
                                           const RunContext& context) {
@@ -60,8 +55,8 @@ absl::StatusOr<std::vector<float>> FarOff(const OrientedCloud& cloud, const Neig
     off[i] = OffNeighbors(cloud, graph, static_cast<int>(i));
     in_spacings[i] = off[i] / cloud.spacing[i];
   }));
-  const float least = kOffMedian * MedianOf(off);
-  const float least_spacings = std::max(kOffSpacing, kOffMedian * MedianOf(in_spacings));
+  const float least = kOffMedian * Median(off);
+  const float least_spacings = std::max(kOffSpacing, kOffMedian * Median(in_spacings));
   for (size_t i = 0; i < off.size(); ++i) {
     off[i] = off[i] > least && in_spacings[i] > least_spacings ? 1 : 0;
   }

@@ -24,6 +24,8 @@ constexpr int kLargestIsland = 200;
 // How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
 // height sees the ground at 0.1.
 constexpr double kSpacingGrowth = 0.1;
+// Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
+constexpr double kThicknessesOff = 4;
 // Off sheets, where nothing is seen at a flat angle.
 constexpr double kGrowthOffSheets = 0.03;
 
@@ -162,12 +164,11 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
                                const std::vector<PlaneResidual>& residuals,
                                const RunContext& context, std::vector<uint8_t>* keep) {
   constexpr double kVolumeRatio = 0.33;  // thickness against spread; a sharp edge has more
-  constexpr double kThick = 4;           // of the scan's median thickness
   constexpr double kSparse = 2.0;        // mean distance against the usual one
   std::vector<double> thicknesses(residuals.size());
   std::transform(residuals.begin(), residuals.end(), thicknesses.begin(),
                  [](const PlaneResidual& residual) { return residual.thickness; });
-  const double thick = kThick * Median(std::move(thicknesses));
+  const double thick = kThicknessesOff * Median(std::move(thicknesses));
   std::vector<uint8_t> in_volume(residuals.size());
   for (size_t i = 0; i < residuals.size(); ++i) {
     in_volume[i] = residuals[i].thickness > std::max(thick, kVolumeRatio * residuals[i].spread) &&
@@ -193,12 +194,11 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
   if (IsLeftOut(Mechanism::kOutliers)) return absl::OkStatus();
-  constexpr double kSheetRatio = 0.2;     // thickness against spread of what is still a sheet
-  constexpr double kVolumeRatio = 0.4;    // and of what is not a sheet at all
-  constexpr double kVolumeSparse = 0.6;   // of factor, enough in a volume of points
-  constexpr double kOffDeviations = 4.0;  // of the sheet's thickness
-  constexpr double kOffUsual = 0.3;       // of factor * usual distance
-  constexpr double kReject = 3.0;         // of factor
+  constexpr double kSheetRatio = 0.2;    // thickness against spread of what is still a sheet
+  constexpr double kVolumeRatio = 0.4;   // and of what is not a sheet at all
+  constexpr double kVolumeSparse = 0.6;  // of factor, enough in a volume of points
+  constexpr double kOffUsual = 0.3;      // of factor * usual distance
+  constexpr double kReject = 3.0;        // of factor
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
   // Each is a chain of steps, so the two go side by side.
   std::array<absl::StatusOr<std::vector<float>>, 2> fields;
@@ -215,8 +215,8 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const PlaneResidual& residual = residuals[i];
     const double limit = factor * usual[i];
     const bool in_sheet = residual.thickness < kSheetRatio * residual.spread &&
-                          residual.height < kOffDeviations * residual.thickness;
-    const bool off_sheet = residual.height > kOffDeviations * residual.thickness &&
+                          residual.height < kThicknessesOff * residual.thickness;
+    const bool off_sheet = residual.height > kThicknessesOff * residual.thickness &&
                            residual.height > kOffUsual * thick * limit;
     const bool in_volume = residual.thickness > kVolumeRatio * thick * residual.spread &&
                            reaches.middle[i] > kVolumeSparse * limit;

@@ -6,6 +6,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -88,9 +89,7 @@ int Stride(const std::vector<float>& noise, const std::vector<float>& spacing) {
   for (size_t i = 0; i < noise.size(); ++i) {
     ratios[i] = spacing[i] > 0 ? noise[i] / spacing[i] : 0;
   }
-  const auto middle = ratios.begin() + static_cast<int64_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  const double excess = *middle / kThinningRatio;
+  const double excess = Median(std::move(ratios)) / kThinningRatio;
   return std::clamp(static_cast<int>(std::ceil(excess * excess)), 1, kMaxStride);
 }
 

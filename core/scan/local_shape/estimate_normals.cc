@@ -13,6 +13,7 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/local_shape/adaptive_patches.h"
 #include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/local_shape/quadric_residual.h"
@@ -23,9 +24,7 @@ namespace {
 
 // Growth of the variance along the plane from which a patch counts as widened.
 constexpr double kWidened = 1.3;
-// Noise in spacings up to which each point is taken for a point of the surface.
-constexpr double kClean = 0.05;
-// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
+// Variance across a plane, in that of the noise, below which a patch is taken for flat.
 constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
@@ -117,7 +116,7 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
   return normal;
 }
 
-bool IsClean(float noise, float spacing) { return noise <= kClean * spacing; }
+bool IsClean(float noise, float spacing) { return noise <= kCleanNoise * spacing; }
 
 // The noisy points whose patches are thicker than their noise makes them.
 std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
@@ -125,11 +124,9 @@ std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
                                           const std::vector<float>& spacing) {
   // Variance across a patch in that of the noise: below, next to none of the points has two sides.
   constexpr double kThicker = 1.5;
-  // Noise in spacings from which on 48 points say nothing of an edge.
-  constexpr double kMostNoise = 0.5;
   std::vector<NearEdgePoint> near_edge;
   for (size_t i = 0; i < planes.size(); ++i) {
-    if (IsClean(noise[i], spacing[i]) || noise[i] >= kMostNoise * spacing[i]) continue;
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kThickNoiseRatio * spacing[i]) continue;
     if (planes[i].thickness <= kThicker * noise[i] * noise[i]) continue;
     near_edge.push_back({static_cast<int>(i), noise[i]});
   }

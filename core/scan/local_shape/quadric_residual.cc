@@ -5,8 +5,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/points/belonging.h"
+#include "core/points/height_field.h"
 #include "core/points/neighbor_graph.h"
-#include "core/scan/local_shape/height_field.h"
 #include "core/scan/local_shape/otsu_threshold.h"
 
 namespace rilievo {
@@ -16,8 +17,7 @@ namespace {
 // their share of the squares that is left within the groups, else 1.
 double ShareWithinSheets(std::span<double> heights) {
   constexpr double kTwoSheets = 0.16;
-  constexpr int kFewestOfSheet = 3;
-  const double within = OtsuThreshold(heights, kFewestOfSheet).within;
+  const double within = OtsuThreshold(heights, kFewestWitnesses).within;
   return within < kTwoSheets ? within : 1;
 }
 

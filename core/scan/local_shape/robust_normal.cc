@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scan/local_shape/height_field.h"
+#include "core/points/belonging.h"
+#include "core/points/height_field.h"
 
 namespace rilievo {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMostPoints = 18;  // the point itself and 17 neighbours
-constexpr int kNearest = 9;      // neighbours of which pairs span planes
 
 using Heights = Eigen::Array<double, HeightFieldRows(kMostPoints), 1>;
 
@@ -25,9 +25,8 @@ struct Tolerance {
 Tolerance ToleranceOf(double spacing, double noise) {
   constexpr double kFineSpacings = 0.005;
   constexpr double kCoarseSpacings = 0.2;
-  constexpr double kCoarseNoises = 3;
   const double fine = kFineSpacings * spacing + noise;
-  const double coarse = std::max(kCoarseSpacings * spacing, kCoarseNoises * noise);
+  const double coarse = std::max(kCoarseSpacings * spacing, kNoiseDeviations * noise);
   return {fine * fine, coarse * coarse};
 }
 
@@ -103,19 +102,20 @@ HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights
 // Weights of the points within the coarse tolerance: 1 / h^2, under which least squares are those
 // of the logarithm.
 Heights Weights(const Heights& heights, const Tolerance& tolerance, const Patch& patch) {
-  constexpr double kFlatten = 9;  // no single point decides
+  constexpr double kFlatten = kNoiseDeviations * kNoiseDeviations;  // no single point decides
   constexpr double kNone = 1e-9;
   return patch.ones() *
          (heights.square() < tolerance.coarse)
              .select(tolerance.fine / (heights.square() + kFlatten * tolerance.fine), kNone);
 }
 
-// Of the planes through the point and two of the nearest the one that fits best.
+// Of the planes through the point and two of the nearest kFewestRobustNeighbors the one that fits
+// best.
 Vector3d BestPlane(const Patch& patch, const Misfit& misfit, const Vector3d& fallback) {
   constexpr double kSine = 0.3;  // of the least angle at which two neighbours span a plane
   double least = 2;
   Vector3d best = fallback;
-  const int end = std::min(kNearest + 1, patch.count);
+  const int end = std::min(kFewestRobustNeighbors + 1, patch.count);
   for (int a = 1; a < end; ++a) {
     for (int b = a + 1; b < end; ++b) {
       const Vector3d across = patch.offset(a).cross(patch.offset(b));

@@ -14,7 +14,8 @@
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
-#include "core/scan/local_shape/height_field.h"
+#include "core/points/belonging.h"
+#include "core/points/height_field.h"
 
 namespace rilievo {
 namespace {
@@ -23,7 +24,8 @@ using Eigen::Vector3d;
 
 constexpr int kPoints = 48;
 constexpr int kFewestPoints = 16;
-constexpr double kBeyond = 9;    // squared noises from which a point counts no more
+// Squared noises from which a point counts no more.
+constexpr double kBeyond = kNoiseDeviations * kNoiseDeviations;
 constexpr double kClearly = 20;  // squared noises that two planes must save
 
 using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPoints, 1>;
@@ -129,9 +131,8 @@ struct Sides {
 std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, double start) {
   constexpr int kRounds = 3;
   constexpr double kFar = 0.02;  // weight of a point off both planes
-  constexpr double kFewestOfSide = 4;
-  constexpr double kMostCosine = 0.9;  // between the sides' normals: a turn of 26 degrees
-  constexpr double kMostCost = 1.5;    // a point; of noise alone 1
+  constexpr double kFewestOfBend = 4;
+  constexpr double kMostCost = 1.5;  // a point; of noise alone 1
   const Eigen::Index count = patch.x.size();
   const Values ones = Values::Ones(count);
   Values on_one = (quadric.across > start).cast<double>(), weights = ones, squares;
@@ -148,9 +149,9 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   }
   const double sum = on_one.sum();
   const double cost = squares.sum();
-  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfSide ||
+  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfBend ||
       cost > kMostCost * static_cast<double>(count - kQuadricTerms) ||
-      one.normal.dot(two.normal) > kMostCosine) {
+      one.normal.dot(two.normal) > kSmoothCosine) {
     return std::nullopt;
   }
   const bool first_on_one = on_one[0] > 0;
@@ -188,10 +189,9 @@ class Neighborhood {
   // The nearest of a point's neighbours and theirs, itself first; lengths in `unit`.
   ScaledPatch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
                      double unit) {
-    constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
     around_.assign(1, center);
     std::unordered_set<int> taken = {center};
-    for (size_t begin = 0; begin < around_.size() && around_.size() < kEnough;) {
+    for (size_t begin = 0; begin < around_.size() && around_.size() < kMostNeighbors;) {
       for (const size_t end = around_.size(); begin < end; ++begin) {
         for (const int j : graph.neighbors(around_[begin])) {
           if (taken.insert(j).second) around_.push_back(j);

@@ -8,6 +8,7 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/local_shape/quadric_residual.h"
 
 namespace rilievo {
@@ -15,7 +16,6 @@ namespace {
 
 constexpr int kMostSamples = 384;
 constexpr int kLeastSamples = 32;
-constexpr double kLeastRatio = 1.0 / 3, kFullRatio = 1.0 / 2;
 constexpr double kMostScale = 4;
 // Below the middle: edges and bumps within a neighbourhood only ever add to the residual.
 constexpr double kQuantile = 0.4;
@@ -68,7 +68,7 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(samples, kHeavyBlock, context, [&](int64_t s) {
     const int point = static_cast<int>(s * count / samples);
     const double noise = cloud.noise[point], spacing = cloud.spacing[point];
-    if (!(noise > kLeastRatio * spacing)) return;
+    if (!(noise > kUnderstatedNoise * spacing)) return;
     const double found = NoiseAlong(cloud, index, point, noise / spacing);
     if (found >= 0) ratios[s] = found / noise;
   }));
@@ -89,7 +89,8 @@ absl::Status CorrectThickNoise(const PointIndex& index, const RunContext& contex
   if (scale == 1) return absl::OkStatus();
   for (size_t i = 0; i < cloud->noise.size(); ++i) {
     const double ratio = cloud->noise[i] / std::max(double{cloud->spacing[i]}, 1e-30);
-    const double share = std::clamp((ratio - kLeastRatio) / (kFullRatio - kLeastRatio), 0.0, 1.0);
+    const double share =
+        std::clamp((ratio - kUnderstatedNoise) / (kThickNoiseRatio - kUnderstatedNoise), 0.0, 1.0);
     cloud->noise[i] *= static_cast<float>(1 + share * (scale - 1));
   }
   std::vector<float> noise = cloud->noise;

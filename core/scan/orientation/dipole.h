@@ -16,6 +16,9 @@ struct Dipole {
   double blur = 0;                                 // squared length over which it is spread
 };
 
+// Radii from which a group of dipoles counts as one.
+inline constexpr double kFarRadii = 2;
+
 inline double ShareOfSurface(double spacing) { return std::numbers::pi / 4 * spacing * spacing; }
 
 // Half of the share of a point over pi, and its noise, for points off the surface see each other

@@ -41,8 +41,7 @@ DipolePatch MakeDipolePatch(const OrientedCloud& cloud, std::span<const int> poi
 }
 
 double Agreement(const DipolePatch& a, const DipolePatch& b) {
-  constexpr double kFar = 2;  // radii together
-  const double near = kFar * (a.radius + b.radius);
+  const double near = kFarRadii * (a.radius + b.radius);
   if ((b.sum.position - a.sum.position).squaredNorm() > near * near) {
     return Agreement(a.sum, b.sum);
   }

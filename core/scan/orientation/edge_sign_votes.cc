@@ -7,6 +7,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -21,7 +22,6 @@ struct Pair {
 };
 
 Pair PairOf(const OrientedCloud& cloud, int a, int b) {
-  constexpr double kNoiseDeviations = 3.0;
   Pair pair;
   pair.chord = cloud.points.col(b) - cloud.points.col(a);
   pair.cosine = cloud.normals.col(a).dot(cloud.normals.col(b));
@@ -39,7 +39,7 @@ double StepHeight(const Pair& pair) {
 }
 
 bool IsStep(const Pair& pair, double spacing) {
-  return std::abs(pair.cosine) > kSheetCosine &&
+  return std::abs(pair.cosine) > kSmoothCosine &&
          StepHeight(pair) > std::max(1.2 * pair.slack, kSheetSpacings * spacing);
 }
 
@@ -50,7 +50,6 @@ double PairSpacing(const OrientedCloud& cloud, int a, int b) {
 // In [0, 1]: 1 when the points beyond a step lie all around, as the far side of a thin wall does,
 // near 0 when on one side only, as behind the edge of a stair, or when there are next to none.
 float Overlap(const OrientedCloud& cloud, int a, std::span<const int> around) {
-  constexpr int kFewest = 3;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   const Eigen::Vector3d normal = cloud.normals.col(a);
@@ -60,7 +59,7 @@ float Overlap(const OrientedCloud& cloud, int a, std::span<const int> around) {
     sum += (pair.chord - pair.height_a * normal).normalized();
     ++count;
   }
-  return count < kFewest ? 0.0f : static_cast<float>(1 - sum.norm() / count);
+  return count < kFewestWitnesses ? 0.0f : static_cast<float>(1 - sum.norm() / count);
 }
 
 // The normal of one end, reflected at the bisector plane of the chord, is the normal of the other
@@ -97,7 +96,7 @@ double Confidence(const Pair& pair) {
 }
 
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
-  constexpr double kWallWorth = 0.8, kStairWorth = 0.2;
+  constexpr double kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
   // Sheets that face each other have the solid, or the air, between them.

@@ -10,9 +10,11 @@
 
 namespace rilievo {
 
-// Planes as parallel as this and farther apart than this share of the spacing may be two sheets:
-// below, scans that do not quite meet look the same.
-inline constexpr double kSheetCosine = 0.9, kSheetSpacings = 0.4;
+// Parallel planes farther apart than this share of the spacing may be two sheets: below, scans that
+// do not quite meet look the same.
+inline constexpr double kSheetSpacings = 0.4;
+// What votes across a wall are worth.
+inline constexpr double kWallWorth = 0.8;
 
 // Of two sheets one lies over the other where the ways along them between their points cancel out
 // by more than this share, and else beside it.

@@ -11,6 +11,7 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
 #include "core/scan/orientation/kernighan_lin.h"
@@ -21,8 +22,6 @@ namespace {
 
 // A turned face may show the next one.
 constexpr int kMostRounds = 2;
-// Fewer points than these do not tell by themselves.
-constexpr size_t kFewPoints = 6;
 // What a face gains by turning at least, per area and its radius, and the least share of the votes
 // on its rim that are for it. A flat one that is right would lose about one half; those that were
 // flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
@@ -83,7 +82,7 @@ class FaceSearch {
     double weight;  // > 0 where the normals that were given agree
   };
 
-  bool IsFew(int patch) const { return members_[patch].size() < kFewPoints; }
+  bool IsFew(int patch) const { return members_[patch].size() < kFewestOfPlane; }
 
   double PresentWeight(int patch, const Link& link) const {
     return sign_[patch] * sign_[link.to] * link.weight;
@@ -223,17 +222,14 @@ class FaceSearch {
   // Patches of the window to turn; none after a stop request.
   std::vector<int> Search(const std::vector<int>& window, const WindingField& field,
                           const RunContext& context) const {
-    constexpr int kMostPasses = 8;
     constexpr size_t kMostFaces = 1500;  // the agreements between them are held in a square
-    constexpr double kRounding = 1e-9;
     const std::vector<DipolePatch> faces = FacesOf(window);
     if (faces.size() > kMostFaces) return {};
     const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
-    for (int pass = 0; pass < kMostPasses; ++pass) {
+    const double least_gain = kRounding * agreements.cwiseAbs().sum();
+    while (KernighanLinPass(agreements, &signs) > least_gain) {
       if (!context.CheckStop().ok()) return {};
-      const double gain = KernighanLinPass(agreements, &signs);
-      if (gain <= kRounding * agreements.cwiseAbs().sum()) break;
     }
     signs *= signs[signs.size() - 1];  // the rest stays
     return SureGains(faces, agreements, signs);

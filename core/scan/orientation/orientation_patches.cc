@@ -11,6 +11,7 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 #include "core/scan/orientation/edge_sign_votes.h"
 #include "core/scan/orientation/signed_union_find.h"
 
@@ -69,12 +70,11 @@ struct Votes {
 // spacing explain, their centres closer along the planes than their radii together, and the edges
 // between them lead all around, and not to one side, as they do to a window set back in its wall.
 bool FaceEachOther(const Disc& a, const Disc& b, const Votes& votes) {
-  constexpr int kFewestPoints = 6;
   constexpr double kThicknesses = 1.5;
   constexpr double kOverlap = 0.6;  // of the radii together
-  if (std::min(a.points, b.points) < kFewestPoints) return false;
+  if (std::min(a.points, b.points) < kFewestOfPlane) return false;
   const double cosine = a.normal.dot(b.normal);
-  if (std::abs(cosine) < kSheetCosine) return false;
+  if (std::abs(cosine) < kSmoothCosine) return false;
   const Eigen::Vector3d chord = b.center - a.center;
   const double height_a = chord.dot(a.normal);
   const double height_b = std::copysign(1.0, cosine) * chord.dot(b.normal);
@@ -191,7 +191,6 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
                                                      const std::vector<float>& relations,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context) {
-  constexpr double kFacingWorth = 0.8;
   constexpr double kFacingVotes = 2;  // what a point across a wall counts against neighbours
   const std::vector<Disc> discs = DiscsOf(patches, cloud);
   // Points by patch.
@@ -231,8 +230,7 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
       }
       for (const int to : neighbors) {
         if (FaceEachOther(discs[patch], discs[to], votes[to])) {
-          votes[to].sum =
-              -kFacingWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
+          votes[to].sum = -kWallWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
         }
         links.push_back({patch, to, votes[to].sum});
         votes[to] = {};

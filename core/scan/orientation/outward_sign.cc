@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/points/belonging.h"
 #include "core/scan/orientation/dipole.h"
 
 namespace rilievo {
 
 double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
                    std::span<const int> members) {
-  constexpr size_t kSamples = 256;
-  const size_t samples = std::min(kSamples, members.size());
+  const size_t samples = std::min<size_t>(kSampledPoints, members.size());
   double sum = 0, weight = 0;
   for (size_t s = 0; s < samples; ++s) {
     const int i = members[s * members.size() / samples];

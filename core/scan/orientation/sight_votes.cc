@@ -14,11 +14,10 @@ constexpr double kLengthTolerance = 0.1;
 // Least shares of what is believed. Normals of another surface, or of none, have a median |cosine|
 // of 0.5; those of the same points from neighbourhoods of another size 0.97 or more, under noise
 // 0.9.
-constexpr double kLeastUsable = 0.5;
 constexpr double kLeastAlignment = 0.75;
 // See ConsistencyOf: the stations of the simulated scenes reach at least 0.62 (a street of 20 000
 // points); a station that is wrongly placed outside a closed surface stays below 0.1.
-constexpr double kLeastConsistency = 0.5;
+constexpr double kLeastShare = 0.5;
 
 }  // namespace
 
@@ -86,14 +85,13 @@ double ConsistencyOf(const SideVotes& votes, const std::vector<float>& weights,
   return total > 0 ? left / total : 0;
 }
 
-bool UsableEnough(const SightFigures& figures) { return figures.usable >= kLeastUsable; }
+bool UsableEnough(const SightFigures& figures) { return figures.usable >= kLeastShare; }
 
 bool AlignedEnough(const SightFigures& figures) { return figures.alignment >= kLeastAlignment; }
 
 bool IsBelieved(SightRule rule, const SightFigures& figures) {
   if (rule != SightRule::kAuto) return rule == SightRule::kUse && figures.points > 0;
-  return UsableEnough(figures) && AlignedEnough(figures) &&
-         figures.consistency >= kLeastConsistency;
+  return UsableEnough(figures) && AlignedEnough(figures) && figures.consistency >= kLeastShare;
 }
 
 }  // namespace rilievo

@@ -10,10 +10,8 @@ namespace {
 
 constexpr size_t kLeafPoints = 8;
 constexpr size_t kChildren = 4;
-// Radii from which a cell counts as one dipole.
-constexpr double kFar = 2.0;
 
-double FarFrom(double radius, double blur) { return kFar * std::sqrt(radius * radius + blur); }
+double FarFrom(double radius, double blur) { return kFarRadii * std::sqrt(radius * radius + blur); }
 
 }  // namespace
 

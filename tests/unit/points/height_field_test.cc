@@ -1,4 +1,4 @@
-#include "core/scan/local_shape/height_field.h"
+#include "core/points/height_field.h"
 
 #include <gtest/gtest.h>
 
