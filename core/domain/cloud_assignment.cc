@@ -8,6 +8,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_ring.h"
+#include "core/points/belonging.h"
 #include "core/points/neighbor_graph.h"
 
 namespace rilievo {
@@ -20,7 +21,7 @@ constexpr int64_t kSmallCloud = 150'000;
 constexpr int kCandidates = 12;
 
 bool Agree(const OrientedCloud& cloud, const SampledSurface& surface, int point, int sample) {
-  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kNormalAgreement;
+  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kSameSheet;
 }
 
 double SquaredDistance(const OrientedCloud& cloud, const SampledSurface& surface, int point,

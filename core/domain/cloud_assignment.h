@@ -8,14 +8,10 @@
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
 #include "core/domain/domain_samples.h"
+#include "core/points/belonging.h"
 #include "core/points/oriented_cloud.h"
 
 namespace rilievo {
-
-// Least cosine between the normals of a cloud point and of a domain sample that may belong
-// together. The two sheets of a thin wall are at -1, the faces of a sharp edge at 0 with the
-// sample between them at 0.7.
-inline constexpr double kNormalAgreement = 0.3;
 
 // Unit vector halfway between two unit normals. The offset of two points of a surface along it,
 // (n_a + n_b)/|n_a + n_b| . (b - a), vanishes on any sphere and is of third order in their distance

@@ -10,6 +10,7 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_ring.h"
 #include "core/loop/refinement.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
@@ -18,8 +19,6 @@ using Eigen::Vector3d;
 
 // A vertex has points where one lies within so many spacings and deviations of noise beside it.
 constexpr double kNearSpacings = 1.5, kNearNoises = 4;
-// Neighbours that tell the normal at the rim.
-constexpr int kRimPoints = 32;
 // Sweeps end when no vertex moves by so much of the diagonal any more, or after so many.
 constexpr double kRest = 1e-7;
 constexpr int kMostSweeps = 2000;
@@ -36,9 +35,9 @@ double ArcHeight(const Vector3d& place, const Vector3d& normal, const Vector3d& 
 // arcs from them come to.
 void SettleAtPoints(const OrientedCloud& cloud, const PointIndex& index, Vector3d* place,
                     Vector3d* normal) {
-  int found[kRimPoints];
-  double squared[kRimPoints];
-  const int count = index.Nearest(*place, std::min(kRimPoints, index.size()), found, squared);
+  int found[kPointsByBorder];
+  double squared[kPointsByBorder];
+  const int count = index.Nearest(*place, std::min(kPointsByBorder, index.size()), found, squared);
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < count; ++k) mean += cloud.normals.col(found[k]);
   const Vector3d x = mean.unitOrthogonal(), y = mean.normalized().cross(x);

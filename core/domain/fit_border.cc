@@ -9,18 +9,17 @@
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
+#include "core/points/belonging.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int kBorderRounds = 12;
-constexpr double kBorderRest = 1e-8;  // unit frame
 constexpr int kSamplesPerEdge = 8;
 // Of a sample's weight: what holds a control point where it is in each round, so that those that
 // the line leaves free along it hardly move.
 constexpr double kHoldAlong = 0.1;
-constexpr double kHoldCorner = 1e9;
 // Of a vector that is across a segment but for rounding, the most that is along it; unit frame.
 constexpr double kOnSegment = 1e-12;
 
@@ -97,7 +96,7 @@ class BorderFit {
   }
 
   // One round of Gauss and Newton for the points of a loop, of which corners stay. Whether they
-  // have moved by more than kBorderRest.
+  // have moved by more than kAtRest.
   bool Round(const std::vector<CurveSample>& samples, BorderLoop* loop) const {
     const Eigen::Index count = loop->points.cols();
     std::vector<Eigen::Triplet<double>> entries;
@@ -129,7 +128,7 @@ class BorderFit {
     }
     for (int i = 0; i < static_cast<int>(3 * count); ++i) {
       const bool is_corner = loop->corner[static_cast<size_t>(i / 3)] != 0;
-      entries.emplace_back(i, i, is_corner ? kHoldCorner : kHoldAlong);
+      entries.emplace_back(i, i, is_corner ? 1 / kRounding : kHoldAlong);
     }
     Eigen::SparseMatrix<double> matrix(3 * count, 3 * count);
     matrix.setFromTriplets(entries.begin(), entries.end());
@@ -138,7 +137,7 @@ class BorderFit {
     const Eigen::VectorXd move = factors.solve(right);
     if (!move.allFinite()) return false;
     loop->points += Eigen::Map<const Eigen::Matrix3Xd>(move.data(), 3, count);
-    return move.cwiseAbs().maxCoeff() > kBorderRest;
+    return move.cwiseAbs().maxCoeff() > kAtRest;
   }
 
   // How far the curve is off between each control point and the next.

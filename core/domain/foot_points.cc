@@ -17,9 +17,6 @@
 namespace rilievo {
 namespace {
 
-// Instead of kNearPoints, where all of these lie on the other sheet of a thin wall, at borders and
-// at creases.
-constexpr int kManyNearest = 32;
 // Beyond a gap of so many spacings lies the far side of an opening, or strays: a boundary that
 // follows them spans open space.
 constexpr double kBorderGap = 2.0;
@@ -45,7 +42,7 @@ class FootSum {
   // One of the sample's nearest points; counts only where it lies across from the sample rather
   // than aside. Returns false for a point of another sheet.
   bool AddNearest(int point) {
-    if (cloud_.normals.col(point).dot(normal_) <= kNormalAgreement) return false;
+    if (cloud_.normals.col(point).dot(normal_) <= kSameSheet) return false;
     const double offset = Offset(point);
     const double squared_way = (cloud_.points.col(point) - position_).squaredNorm();
     const double squared_aside = std::max(0.0, squared_way - offset * offset);
@@ -82,9 +79,9 @@ class FootSum {
 };
 
 void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, FootSum* sum) {
-  int found[kManyNearest];
-  double squared[kManyNearest];
-  for (int wanted : {kNearPoints, kManyNearest}) {
+  int found[kPointsByBorder];
+  double squared[kPointsByBorder];
+  for (int wanted : {kNearPoints, kPointsByBorder}) {
     const int count = index.Nearest(position, wanted, found, squared);
     bool same_sheet = false;
     for (int k = 0; k < count; ++k) same_sheet |= sum->AddNearest(found[k]);
@@ -166,9 +163,9 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
 
 std::optional<SharpFootPoint> FootPointSearch::FootOnSides(const SampledSurface& surface,
                                                            int sample) const {
-  int found[kManyNearest];
-  double squared[kManyNearest];
-  const int wanted = std::min(kManyNearest, index_.size());
+  int found[kPointsByBorder];
+  double squared[kPointsByBorder];
+  const int wanted = std::min(kPointsByBorder, index_.size());
   const int count = index_.Nearest(surface.positions.col(sample), wanted, found, squared);
   return FindSharpFootPoint(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
 }
@@ -220,14 +217,14 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
   feet->conormals.col(sample) = conormal;
   const double step = chord.norm() / 2;
   const double reach = Reach(samples_, surface, sample);
-  int found[kManyNearest];
-  double squared[kManyNearest];
-  const int count = index_.Nearest(position, kManyNearest, found, squared);
+  int found[kPointsByBorder];
+  double squared[kPointsByBorder];
+  const int count = index_.Nearest(position, kPointsByBorder, found, squared);
   const double spacing_here = cloud_.spacing[static_cast<size_t>(found[0])];
   // How far out the points lie that the boundary falls short of, and over which gap each is met.
   std::vector<std::pair<double, double>> beyond;
   const auto look_at = [&](int point) {
-    if (cloud_.normals.col(point).dot(normal) <= kNormalAgreement) return;
+    if (cloud_.normals.col(point).dot(normal) <= kSameSheet) return;
     const Eigen::Vector3d way = cloud_.points.col(point) - position;
     const double spacing = cloud_.spacing[static_cast<size_t>(point)];
     if (std::abs(along.dot(way)) > std::max(step / 2, spacing)) return;

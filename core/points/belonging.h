@@ -28,9 +28,11 @@ inline constexpr double kNoiseDeviations = 3;
 // tell the noise too small, and nothing of edges.
 inline constexpr double kCleanNoise = 0.05, kLittleNoise = 0.15, kThickNoiseRatio = 0.5;
 
-// Points nearest to a place that are asked what is there; those around an edge, a disc of 3.5
+// Points nearest to a place that are asked what is there; those where these lie on another sheet,
+// at borders and at creases; those around an edge, a disc of 3.5
 // spacings' radius; those that stand for all of a scan where a mean or a median will do.
-inline constexpr int kNearPoints = 8, kPointsByEdge = 48, kSampledPoints = 256;
+inline constexpr int kNearPoints = 8, kPointsByBorder = 32, kPointsByEdge = 48,
+                     kSampledPoints = 256;
 // Fewer points tell nothing; and nothing of a plane, as that of a patch or of a side of an edge.
 inline constexpr int kFewestWitnesses = 3, kFewestOfPlane = 6;
 // Rounds in which points and sides find each other.

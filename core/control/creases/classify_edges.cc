@@ -21,8 +21,7 @@ struct FoldedEdge {
   std::array<Vector3d, 2> normals, opposite;
 };
 
-// Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.
-constexpr double kStrongEvidence = 20;
+// Twice the log-likelihood ratio from which an edge leads on from a sure one.
 constexpr double kWeakEvidence = 8;
 // Standard errors that the points by an edge lie inside its corner from which it is rounded, and
 // counts less: only where it leads on from a sure one.
@@ -48,7 +47,7 @@ EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place) {
     return EdgeClass::kSmooth;
   }
   const bool blunt = planes.bluntness > kBlunt;
-  if (planes.log_likelihood_ratio > kStrongEvidence)
+  if (planes.log_likelihood_ratio > kSureEvidence)
     return blunt ? EdgeClass::kWeak : EdgeClass::kStrong;
   return planes.log_likelihood_ratio > kWeakEvidence && !blunt ? EdgeClass::kWeak
                                                                : EdgeClass::kSmooth;

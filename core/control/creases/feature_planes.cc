@@ -20,14 +20,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFewestPoints = 32, kMostPoints = 128;
+constexpr int kMostPoints = 128;
 
 // How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
 // searched for in vain.
 int FirstAsked(const OrientedCloud& cloud) {
   const int typical =
-      NeighborhoodSize(kFewestPoints, kMostPoints, cloud.median_noise, cloud.median_spacing);
-  return typical > kFewestPoints ? 1 : kFewestPoints;
+      NeighborhoodSize(kPointsByBorder, kMostPoints, cloud.median_noise, cloud.median_spacing);
+  return typical > kPointsByBorder ? 1 : kPointsByBorder;
 }
 
 // Replaces the plane of a face; leaves it where the points around show no side of their own.
@@ -39,7 +39,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
   int count = index.Nearest(center, most(first), found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int wanted = most(NeighborhoodSize(kFewestPoints, kMostPoints, noise, spacing));
+  const int wanted = most(NeighborhoodSize(kPointsByBorder, kMostPoints, noise, spacing));
   if (wanted > count) count = index.Nearest(center, wanted, found.data(), squared.data());
   // The nearest of the face's side.
   int seed = count;

@@ -9,7 +9,6 @@
 namespace rilievo {
 namespace {
 
-constexpr double kFewestAround = 6;  // points
 constexpr double kSeenSpacings = 2;
 constexpr double kSeen = 0.5;     // share of the loop
 constexpr double kCovered = 0.7;  // share of the places within the loop
@@ -33,7 +32,7 @@ bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& 
     points_around += (vertices.col(loop[(i + 1) % loop.size()]) - vertices.col(v)).norm() /
                      cloud_.spacing[found[0]];
   }
-  return points_around >= kFewestAround &&
+  return points_around >= kFewestOfPlane &&
          agreement >= kSmoothCosine * static_cast<double>(loop.size());
 }
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/points/belonging.h"
+#include "core/points/height_field.h"
 #include "core/points/neighborhood_size.h"
 
 namespace rilievo {
@@ -14,13 +16,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A disc of 3.5 spacings' radius.
-constexpr int kFewestPoints = 48;
 constexpr int kMostPoints = 384;
-// Noise in spacings.
-constexpr double kClean = 0.15;
 constexpr int kLeastSidePoints = 8;
-constexpr int kRounds = 4, kBowRounds = 2;
+constexpr int kBowRounds = 2;
 // Least cosine of a point's normal and the nearer of the faces'.
 constexpr double kNearerFace = 0.2;
 // Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
@@ -30,11 +28,6 @@ constexpr int kNeither = 2;  // of no side
 constexpr double kLeastSine = 0.05;
 // Least ratio of the widths of a side's points, squared: below it they lie on a line.
 constexpr double kLeastWidth = 0.03;
-// What planes leave of a clean scan's curved sides, in spacings.
-constexpr double kLeastScatter = 0.05;
-// Beyond that scatter, and this many times the noise, the points lie on no two sides at all: smooth
-// shapes that bend within a few spacings do that.
-constexpr double kNoises = 1.25;
 
 // Points by the edge lie no farther than a spacing and their noise off either side; the noise
 // counts as this many spacings at least.
@@ -160,7 +153,7 @@ double Off(const HingePlane& side, const Neighborhood& around, int i) {
 
 // To the nearer plane, which finds the sides from a poor guess.
 bool Part(Neighborhood* around, std::array<HingePlane, 2>* sides) {
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSideRounds; ++round) {
     if (!FitSides(*around, sides)) return false;
     bool changed = false;
     for (int i = 0; i < around->count; ++i) {
@@ -214,18 +207,17 @@ double Bluntness(const Neighborhood& around, const std::array<HingePlane, 2>& si
 
 // Squared residuals of the best quadric height field over `axis`.
 double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
-  constexpr int kTerms = 6;
   const Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
-  Eigen::Matrix<double, kTerms, kTerms> normal_matrix =
-      Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Eigen::Matrix<double, kTerms, 1> right = Eigen::Matrix<double, kTerms, 1>::Zero();
+  Eigen::Matrix<double, kQuadricTerms, kQuadricTerms> normal_matrix =
+      Eigen::Matrix<double, kQuadricTerms, kQuadricTerms>::Zero();
+  Eigen::Matrix<double, kQuadricTerms, 1> right = Eigen::Matrix<double, kQuadricTerms, 1>::Zero();
   double squares = 0;
   const double scale = 1 / around.reach;
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] == kNeither) continue;
     const double x = scale * u.dot(around.at[i]), y = scale * v.dot(around.at[i]);
     const double height = axis.dot(around.at[i]);
-    Eigen::Matrix<double, kTerms, 1> row;
+    Eigen::Matrix<double, kQuadricTerms, 1> row;
     row << 1, x, y, x * x, x * y, y * y;
     normal_matrix += row * row.transpose();
     right += height * row;
@@ -251,14 +243,14 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   // measured across the planes.
   const double tilt = axis.norm() / 2;
   const double quadric = QuadricSquares(around, axis.normalized()) * tilt * tilt;
-  const double least = kLeastScatter * fit.spacing;
+  const double least = kCleanNoise * fit.spacing;  // what planes leave of curved sides
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;
   const SolidSquares solid = PlaneSquares(around, fit.sides);
   const double planes = solid.best();
   // Two unknowns more than the quadric has (Schwarz 1978).
-  const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
+  const double roughness = kNoisesOffSides * cloud.noise[nearest] + least;
   if (planes > used * roughness * roughness) return std::nullopt;
   fit.log_likelihood_ratio =
       used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
@@ -294,9 +286,9 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   index.Nearest(place.middle, 1, found.points.data(), found.squared.data());
   const int nearest = found.points[0];
   const double noise = cloud.noise[nearest], spacing = cloud.spacing[nearest];
-  const int wanted = NeighborhoodSize(kFewestPoints, kMostPoints / 2, noise, spacing);
+  const int wanted = NeighborhoodSize(kPointsByEdge, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
-  const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
+  const int other = noise > kLittleNoise * spacing ? 2 * wanted : wanted / 2;
   // One search serves both, for the first neighbourhood seldom says enough.
   found.count = index.Nearest(place.middle, std::max(wanted, other), found.points.data(),
                               found.squared.data());

@@ -22,13 +22,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kPoints = 48;
 constexpr int kFewestPoints = 16;
 // Squared noises from which a point counts no more.
 constexpr double kBeyond = kNoiseDeviations * kNoiseDeviations;
-constexpr double kClearly = 20;  // squared noises that two planes must save
 
-using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPoints, 1>;
+using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPointsByEdge, 1>;
 
 // Points as seen from the first of them, in its noise.
 struct ScaledPatch {
@@ -102,7 +100,7 @@ std::optional<Quadric> FitQuadric(const ScaledPatch& patch) {
   const Vector3d u = up.unitOrthogonal(), v = up.cross(u);
   const Values x = patch.Along(u) / radius, y = patch.Along(v) / radius;
   const Values z = patch.Along(up) / radius;
-  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kPoints, 6> rows(count, 6);
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kPointsByEdge, 6> rows(count, 6);
   rows << Values::Ones(count), x, y, x * x, x * y, y * y;
   Eigen::Matrix<double, 6, 6> gram = rows.transpose().lazyProduct(rows);
   gram.diagonal().array() += kRidge;
@@ -201,7 +199,7 @@ class Neighborhood {
     const Vector3d at = points.col(center);
     nearest_.clear();
     for (const int j : around_) nearest_.emplace_back((points.col(j) - at).squaredNorm(), j);
-    const size_t count = std::min<size_t>(kPoints, nearest_.size());
+    const size_t count = std::min<size_t>(kPointsByEdge, nearest_.size());
     std::partial_sort(nearest_.begin(), nearest_.begin() + static_cast<int64_t>(count),
                       nearest_.end());
     ScaledPatch patch{Values(count), Values(count), Values(count)};
@@ -243,8 +241,9 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEd
           const auto [point, noise] = near_edge[i];
           const ScaledPatch patch = neighborhood->Around(cloud->points, graph, point, noise);
           const Eigen::Index count = patch.x.size();
-          auto best = FindCrease(patch, kClearly);
-          const auto narrow = FindCrease(patch.First(count / 2), best ? best->saved : kClearly);
+          auto best = FindCrease(patch, kSureEvidence);
+          const auto narrow =
+              FindCrease(patch.First(count / 2), best ? best->saved : kSureEvidence);
           if (narrow) best = narrow;
           if (!best) continue;
           const Vector3d sum = neighborhood->Sum(cloud->normals, best->on_side);

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <span>
 
+#include "core/points/neighbor_graph.h"
+
 namespace rilievo {
 
 // Of a neighbourhood, with the point itself.
-inline constexpr int kSheetPoints = 64;
+inline constexpr int kSheetPoints = kMostNeighbors;
 
 // How clearly two sheets must stand apart.
 struct SheetGap {

@@ -35,7 +35,7 @@ std::vector<int> SampleOfPoint(const Scene& scene, const CloudAssignment& assign
 double NearestAgreeing(const Scene& scene, int point) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int s = 0; s < scene.samples.size(); ++s) {
-    if (scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)) <= kNormalAgreement) {
+    if (scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)) <= kSameSheet) {
       continue;
     }
     nearest =
@@ -84,7 +84,7 @@ TEST(CloudAssignment, KeepsTheSheetsOfAThinWallApart) {
   int checked = 0;
   for (int s = 0; s < scene.samples.size(); ++s) {
     for (int point : assignment.PointsOf(s)) {
-      EXPECT_GT(scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)), kNormalAgreement);
+      EXPECT_GT(scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)), kSameSheet);
       ++checked;
     }
   }
