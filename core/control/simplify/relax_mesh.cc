@@ -73,6 +73,8 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
   return quadric.Minimum(position);
 }
 
+}  // namespace
+
 bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v,
                        const Vector3d& moved) {
   bool upright = true;
@@ -85,8 +87,6 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
   });
   return upright;
 }
-
-}  // namespace
 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
   RunContext alone;

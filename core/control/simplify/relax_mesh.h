@@ -5,6 +5,12 @@
 
 namespace rilievo {
 
+class HalfEdgeMesh;
+
+// Whether no face around `vertex` of `mesh`, whose half-edges are given, turns over when it moves.
+bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int vertex,
+                       const Eigen::Vector3d& moved);
+
 // `rounds` of Laplacian smoothing in the tangent plane: each vertex moves to the place of the least
 //   sum over its faces of area (n . (x - v))^2 + weight * area |x - g|^2,
 // where the planes (n, v) are those of the mesh as it was given, boundary edges adding upright
