@@ -60,7 +60,7 @@ class LasReader {
 
   bool has_points() const { return points_.offered() > 0; }
 
-  // INVALID_ARGUMENT where there are points, and none has a time of the trajectory.
+  // INVALID_ARGUMENT where the trajectory covers the time of no point, if there are any.
   absl::Status CheckTimes() const {
     if (wanted_.trajectory == nullptr || has_stations_ || points_.count() == 0)
       return absl::OkStatus();
