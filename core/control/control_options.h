@@ -38,7 +38,7 @@ const char* TopologyName(Topology topology);
 // heights.
 inline constexpr double kExactBorder = 1e-5;
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
-inline constexpr double kNarrowestGap = kShortestRim, kWidestGap = 1;
+inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;
 // The most that may be asked for or given.
 inline constexpr int kMostControlFaces = 200000;
 
