@@ -94,7 +94,7 @@ bool Read(absl::string_view text, Number& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-// In the order of their struct: "4194304/1048576/524288".
+// In the order of their struct: "4000000/1000000/500000".
 std::string Text(const PartSizes& sizes) {
   return absl::StrCat(sizes.coarse_points, "/", sizes.part_points, "/", sizes.block_vertices);
 }

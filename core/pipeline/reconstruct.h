@@ -108,11 +108,11 @@ absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
 
 // What of a scan on disk and of its surface is in memory at a time, at most. Each in [1024, 2^31).
 struct PartSizes {
-  int64_t coarse_points = int64_t{1} << 22;  // that the coarse pass sees
-  int64_t part_points = int64_t{1} << 20;    // of a part, its halo with it
+  int64_t coarse_points = 4'000'000;  // that the coarse pass sees
+  int64_t part_points = 1'000'000;    // of a part, its halo with it
   // Of the finest level: those of a block of the control faces, without its halo, that is coded and
   // measured. A surface of no more is coded at once.
-  int64_t block_vertices = int64_t{1} << 19;
+  int64_t block_vertices = 500'000;
 
   // The others in the same ratio to `part_points` as by default.
   static PartSizes Of(int64_t part_points) {
