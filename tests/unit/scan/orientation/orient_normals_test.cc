@@ -57,6 +57,22 @@ TEST(OrientationTest, AnOpenTerrainPointsUp) {
   EXPECT_EQ(Wrong(*terrain, Analyze(Sample(*terrain, 20000))), 0);
 }
 
+// Nine windows, set back by four spacings; nobody saw their reveals.
+TEST(OrientationTest, AWindowFacesTheWayOfItsWall) {
+  for (const double noise : {0.0, 0.002}) {
+    KnownCloud wall = PlaneCloud(20000, 11);
+    for (auto point : wall.cloud.points.colwise()) {
+      const Eigen::Array2d place = 3 * point.head<2>().array();
+      if (((place - place.floor() - 0.5).abs() < 0.2).all()) point.z() -= 0.03;
+    }
+    AddNoise(noise, 12, &wall);
+    const ScanSurface scan = Analyze(wall.cloud);
+    const auto up = (scan.cloud.normals.row(2).array() > 0).count();
+    const auto all = static_cast<double>(scan.cloud.points.cols());
+    EXPECT_NEAR(std::abs(2 * static_cast<double>(up) / all - 1), 1, 0.002) << noise;
+  }
+}
+
 // Two spacings thick, five times the noise: neighbours come from both sides.
 TEST(OrientationTest, AThinPlateUnderNoiseHasTwoSides) {
   constexpr int kCount = 20000;
