@@ -176,24 +176,14 @@ void PoissonOperator::TransposeScreening() {
 // The neighbors there are, and what the rows add.
 void PoissonOperator::FindDiagonal() {
   diagonal_.resize(size_);
-  at_cells_.resize(cells_.size());
-  Run(cell_count(), [&](int64_t begin, int64_t end) {
-    for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Squares(cell);
-  });
+  at_rows_.resize(row_weights_.size());
   Run(size_, [&](int64_t begin, int64_t end) {
     neighbors_.ForEach(begin, end, [&](int node, const Neighbors& neighbors) {
       const auto missing = std::count(neighbors.begin(), neighbors.end(), size_);
-      diagonal_[node] = static_cast<float>(6 - missing) + AtCells(node);
+      diagonal_[node] = static_cast<float>(6 - missing) +
+                        AtCells(node, [](uint32_t, float weight) { return weight * weight; });
     });
   });
-}
-
-PoissonOperator::Corners PoissonOperator::Squares(int64_t cell) const {
-  Corners squares{};
-  for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
-    for (int k = 0; k < 8; ++k) squares[k] += row_weights_[row][k] * row_weights_[row][k];
-  }
-  return squares;
 }
 
 }  // namespace rilievo

@@ -33,7 +33,7 @@ class PoissonOperator {
   // where a neighbor is missing.
   double Apply(const std::vector<float>& in, std::vector<float>* out) {
     Run(cell_count(), [&](int64_t begin, int64_t end) {
-      for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Screen(cell, in);
+      for (int64_t cell = begin; cell < end; ++cell) Screen(cell, in);
     });
     return BlockSums([&](int64_t begin, int64_t end) {
       Sums sums{};
@@ -76,9 +76,9 @@ class PoissonOperator {
     Corners weights;  // trilinear, times the root of the screening
   };
 
-  // What the rows of a cell give at its corners.
-  Corners Screen(int64_t cell, const std::vector<float>& in) const {
-    Corners at_corners, sums{};
+  // The values of the rows of a cell.
+  void Screen(int64_t cell, const std::vector<float>& in) {
+    Corners at_corners;
     for (int k = 0; k < 8; ++k) at_corners[k] = in[cells_[cell][k]];
     for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
       const Corners& weights = row_weights_[row];
@@ -86,23 +86,28 @@ class PoissonOperator {
       for (int k = 0; k < 4; ++k) {
         parts[k] = weights[k] * at_corners[k] + weights[k + 4] * at_corners[k + 4];
       }
-      const float value = (parts[0] + parts[1]) + (parts[2] + parts[3]);
-      for (int k = 0; k < 8; ++k) sums[k] += value * weights[k];
+      at_rows_[row] = (parts[0] + parts[1]) + (parts[2] + parts[3]);
     }
-    return sums;
   }
 
   float Row(int64_t node, const Neighbors& neighbors, const std::vector<float>& in) const {
     float sum = 0;
     for (const int neighbor : neighbors) sum += in[neighbor];
-    return static_cast<float>(degree_[node]) * in[node] - sum + AtCells(node);
+    return static_cast<float>(degree_[node]) * in[node] - sum +
+           AtCells(node, [&](uint32_t row, float weight) { return at_rows_[row] * weight; });
   }
 
-  // The sum of what the cells around a node have for it.
-  float AtCells(int64_t node) const {
+  // The sum of what the rows of the cells around a node have for it: value(row, weight) each.
+  template <typename Value>
+  float AtCells(int64_t node, const Value& value) const {
     float sum = 0;
     for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
-      sum += at_cells_[entries_[e] / 8][entries_[e] % 8];
+      const uint32_t cell = entries_[e] / 8, corner = entries_[e] % 8;
+      float of_cell = 0;
+      for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+        of_cell += value(row, row_weights_[row][corner]);
+      }
+      sum += of_cell;
     }
     return sum;
   }
@@ -115,7 +120,6 @@ class PoissonOperator {
                                  std::vector<ScreeningRow>* rows) const;
   void TransposeScreening();
   void FindDiagonal();
-  Corners Squares(int64_t cell) const;
   int64_t cell_count() const { return static_cast<int64_t>(cells_.size()); }
 
   const RunContext& context_;
@@ -128,9 +132,9 @@ class PoissonOperator {
   std::vector<std::array<int, 8>> cells_;  // their corners
   std::vector<uint32_t> first_row_;
   std::vector<Corners> row_weights_;
-  std::vector<Corners> at_cells_;      // what each has for its corners
+  std::vector<float> at_rows_;
   std::vector<uint32_t> entry_begin_;  // by node
-  std::vector<uint32_t> entries_;      // its places in at_cells_, ascending
+  std::vector<uint32_t> entries_;      // 8 cell + corner, ascending
   std::vector<Sums> block_sums_;
 };
 
