@@ -23,7 +23,7 @@ struct RilievoFinder {
 namespace rilievo::decoder_c {
 namespace {
 
-constexpr int64_t kPlacesPerBlock = 1024;
+constexpr int64_t kPlacesPerBlock = 256;
 
 RunContext ContextOf(int threads) {
   RunContext context;
@@ -56,14 +56,20 @@ absl::Status Evaluate(const DisplacedEvaluator& evaluator, const uint32_t* faces
       return absl::InvalidArgumentError(absl::StrCat("parameter ", i, ": ", fits.message()));
     }
   }
-  return ParallelFor(static_cast<int64_t>(count), kPlacesPerBlock, context,
-                     [&](int64_t begin, int64_t end) {
-                       for (int64_t i = begin; i < end; ++i) {
-                         WriteJet(evaluator.At(static_cast<int>(faces[i]), parameters[2 * i],
-                                               parameters[2 * i + 1], JetOrder::kSecond),
-                                  jets + RILIEVO_JET_SIZE * i);
-                       }
-                     });
+  return ParallelFor(
+      static_cast<int64_t>(count), kPlacesPerBlock, context, [&](int64_t begin, int64_t end) {
+        std::vector<DisplacedEvaluator::Parameter> places;
+        for (int64_t i = begin; i < end; ++i) {
+          places.push_back({static_cast<int>(faces[i]), parameters[2 * i], parameters[2 * i + 1]});
+        }
+        std::vector<SurfaceJet> found(places.size());
+        evaluator.AtAll(places, JetOrder::kSecond, found.data());
+        double* numbers = jets + RILIEVO_JET_SIZE * begin;
+        for (const SurfaceJet& jet : found) {
+          WriteJet(jet, numbers);
+          numbers += RILIEVO_JET_SIZE;
+        }
+      });
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "core/evaluate/displaced_evaluator.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -14,6 +15,10 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+// Places that are looked for before the first of them is evaluated: while its patch comes from
+// memory, the others are found.
+constexpr size_t kLookAhead = 4;
 
 }  // namespace
 
@@ -81,11 +86,24 @@ DisplacedEvaluator::Displacement DisplacedEvaluator::DisplacementAt(const Finest
   return displacement;
 }
 
+DisplacedEvaluator::Found DisplacedEvaluator::Find(int face, double u, double v) const {
+  Found found;
+  found.patch = limit_.Find(face, u, v);
+  found.triangle = TriangleAt(face, u, v, &found.weights);
+  const FinestTriangle& at = found.triangle;
+  PrefetchPart(Stored(at.face, at.i + 1, at.j));
+  PrefetchPart(Stored(at.face, at.i, at.j + 1));
+  return found;
+}
+
 SurfaceJet DisplacedEvaluator::UnitAt(int face, double u, double v, JetOrder order) const {
-  SurfaceJet jet = limit_.At(face, u, v, order);
-  Vector2d weights;
-  const FinestTriangle at = TriangleAt(face, u, v, &weights);
-  const Displacement displacement = DisplacementAt(at, weights);
+  return UnitAtPlace(Find(face, u, v), order);
+}
+
+SurfaceJet DisplacedEvaluator::UnitAtPlace(const Found& found, JetOrder order) const {
+  SurfaceJet jet = limit_.AtPlace(found.patch, order);
+  const FinestTriangle& at = found.triangle;
+  const Displacement displacement = DisplacementAt(at, found.weights);
   jet.position += displacement.here;
   if (order == JetOrder::kPosition) return jet;
   if (jet.irregular) {
@@ -141,6 +159,21 @@ SurfaceJet DisplacedEvaluator::At(int face, double u, double v, JetOrder order) 
   SurfaceJet jet = UnitAt(face, u, v, order);
   ToScanFrame(order, jet);
   return jet;
+}
+
+void DisplacedEvaluator::AtAll(std::span<const Parameter> places, JetOrder order,
+                               SurfaceJet* jets) const {
+  std::array<Found, kLookAhead> ahead;
+  const size_t count = places.size();
+  for (size_t i = 0; i < count + kLookAhead; ++i) {
+    Found& found = ahead[i % kLookAhead];
+    if (i >= kLookAhead) {
+      SurfaceJet& jet = jets[i - kLookAhead];
+      jet = UnitAtPlace(found, order);
+      ToScanFrame(order, jet);
+    }
+    if (i < count) found = Find(places[i].face, places[i].u, places[i].v);
+  }
 }
 
 SurfaceJet DisplacedEvaluator::LimitAt(int face, double u, double v, JetOrder order) const {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -42,6 +43,14 @@ class DisplacedEvaluator {
   SurfaceJet At(int face, double u, double v, JetOrder order) const;
   SurfaceJet LimitAt(int face, double u, double v, JetOrder order) const;
 
+  // At() for many places: `jets[i]` for `places[i]`. It looks a few places ahead and waits less for
+  // patches to come from memory, which is most of the time where faces are in no order.
+  struct Parameter {
+    int face = 0;
+    double u = 0, v = 0;
+  };
+  void AtAll(std::span<const Parameter> places, JetOrder order, SurfaceJet* jets) const;
+
   // Unit frame.
   SurfaceJet UnitAt(int face, double u, double v, JetOrder order) const;
 
@@ -72,6 +81,14 @@ class DisplacedEvaluator {
     const int place = j * (n_ + 1) - j * (j - 1) / 2 + i;
     return displacements_[static_cast<size_t>(face) * per_face_ + place];
   }
+  // A place in the tables, and the jet there, unit frame.
+  struct Found {
+    PatchPlace patch;
+    FinestTriangle triangle;
+    Eigen::Vector2d weights;  // in the triangle
+  };
+  Found Find(int face, double u, double v) const;
+  SurfaceJet UnitAtPlace(const Found& found, JetOrder order) const;
   void UseFlatTriangle(const FinestTriangle& at, SurfaceJet& jet) const;
   void ToScanFrame(JetOrder order, SurfaceJet& jet) const;
 

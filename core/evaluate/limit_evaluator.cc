@@ -87,28 +87,36 @@ absl::Status LimitEvaluator::Check(int64_t face, double u, double v) const {
       "u is ", u, " and v is ", v, "; both must be at least 0 and their sum at most 1"));
 }
 
-SurfaceJet LimitEvaluator::At(int face, double u, double v, JetOrder order) const {
-  if (quads_) return quads_->At(face, u, v, order);
+PatchPlace LimitEvaluator::Find(int face, double u, double v) const {
+  if (quads_) return quads_->Find(face, u, v);
   u = std::clamp(u, 0.0, 1.0);
   v = std::clamp(v, 0.0, 1.0 - u);
-  int32_t at = roots_[face];
-  double scale = 1;
-  while (at >= 0) {
-    const int child = Descend(u, v);
-    scale *= child == 3 ? -2 : 2;
-    at = nodes_[at][child];
+  PatchPlace place = {face, roots_[face], u, v};
+  while (place.code >= 0) {
+    const int child = Descend(place.u, place.v);
+    place.scale *= child == 3 ? -2 : 2;
+    place.code = nodes_[place.code][child];
   }
-  const size_t leaf = static_cast<size_t>(~at);
+  const size_t leaf = static_cast<size_t>(~place.code);
+  if (leaf % 2 == 0) {
+    PrefetchPart(patches_[leaf / 2]);
+  } else {
+    PrefetchPart(fans_[leaf / 2]);
+  }
+  return place;
+}
+
+SurfaceJet LimitEvaluator::AtPlace(const PatchPlace& place, JetOrder order) const {
+  if (quads_) return quads_->AtPlace(place, order);
+  const size_t leaf = static_cast<size_t>(~place.code);
   SurfaceJet jet;
   if (leaf % 2 == 0) {
-    const QuarticPatch& patch = patches_[leaf / 2];
-    patch.Prefetch();
-    patch.Evaluate(u, v, order, jet);
+    patches_[leaf / 2].Evaluate(place.u, place.v, order, jet);
   } else {
-    jet = AtTurnedFan(fans_[leaf / 2], u, v, order);
+    jet = AtTurnedFan(fans_[leaf / 2], place.u, place.v, order);
     if (jet.irregular) return jet;
   }
-  Scale(scale, order, jet);
+  Scale(place.scale, order, jet);
   return jet;
 }
 

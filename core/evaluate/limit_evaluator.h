@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/evaluate/irregular_fan.h"
+#include "core/evaluate/patch_place.h"
 #include "core/evaluate/quad_evaluator.h"
 #include "core/evaluate/quartic_patch.h"
 #include "core/evaluate/surface_jet.h"
@@ -41,7 +42,14 @@ class LimitEvaluator {
 
   // In the frame of the control mesh, for what Check() accepts. On a crease, boundary or corner the
   // derivatives are those of the face's own side.
-  SurfaceJet At(int face, double u, double v, JetOrder order) const;
+  SurfaceJet At(int face, double u, double v, JetOrder order) const {
+    return AtPlace(Find(face, u, v), order);
+  }
+
+  // At() in two steps: Find() asks the memory for what AtPlace() reads, so a caller that finds
+  // other places in between does not wait for it.
+  PatchPlace Find(int face, double u, double v) const;
+  SurfaceJet AtPlace(const PatchPlace& place, JetOrder order) const;
 
  private:
   friend class PatchTreeBuilder;

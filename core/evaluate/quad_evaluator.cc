@@ -224,42 +224,58 @@ absl::StatusOr<QuadEvaluator> QuadEvaluator::Build(const ControlMesh& mesh,
   return QuadTreeBuilder(mesh, context).Run();
 }
 
-SurfaceJet QuadEvaluator::AtQuad(const ControlQuad& quad, double s, double t,
-                                 JetOrder order) const {
+int32_t QuadEvaluator::CornerAt(const ControlQuad& quad, double s, double t) const {
   for (size_t i = 0; i < 4; ++i) {
     if (quad.limits[i] >= 0 && std::abs(s - kCornerPlaces[i][0]) < kAtQuadCorner &&
         std::abs(t - kCornerPlaces[i][1]) < kAtQuadCorner) {
-      return JetOfCorner(limits_[quad.limits[i]]);
+      return quad.limits[i];
     }
   }
-  int32_t root = quad.root;
-  double scale = 1;
-  while (root >= 0) {
-    root = nodes_[root][DescendIntoQuarter(s, t)];
-    scale *= 2;
-  }
-  const size_t leaf = static_cast<size_t>(~root);
+  return -1;
+}
+
+SurfaceJet QuadEvaluator::AtQuad(const PatchPlace& place, JetOrder order) const {
+  if (place.code >= 0) return JetOfCorner(limits_[place.code]);
+  const size_t leaf = static_cast<size_t>(~place.code);
   SurfaceJet jet;
   if (leaf % 2 == 0) {
-    patches_[leaf / 2].Evaluate(s, t, order, jet);
+    patches_[leaf / 2].Evaluate(place.u, place.v, order, jet);
   } else {
     const Cell& cell = cells_[leaf / 2];
-    jet = AtCell(cell.mesh, cell.part, s, t, order);
+    jet = AtCell(cell.mesh, cell.part, place.u, place.v, order);
   }
-  ScaleQuadJet(scale, order, jet);
+  ScaleQuadJet(place.scale, order, jet);
   return jet;
 }
 
-SurfaceJet QuadEvaluator::At(int face, double u, double v, JetOrder order) const {
+QuadEvaluator::Sides QuadEvaluator::SidesOf(const Face& half) const {
+  const auto corner = [&](int k) { return Vector2d(kCornerPlaces[half.corners[k]].data()); };
+  return {corner(0), corner(1) - corner(0), corner(2) - corner(0)};
+}
+
+PatchPlace QuadEvaluator::Find(int face, double u, double v) const {
   u = std::clamp(u, 0.0, 1.0);
   v = std::clamp(v, 0.0, 1.0 - u);
   const Face& half = faces_[face];
-  const auto corner = [&](int k) { return Vector2d(kCornerPlaces[half.corners[k]].data()); };
-  const Vector2d by_u = corner(1) - corner(0), by_v = corner(2) - corner(0);
-  const Vector2d at = corner(0) + u * by_u + v * by_v;
-  const SurfaceJet in_quad =
-      AtQuad(quads_[half.quad], std::clamp(at[0], 0.0, 1.0), std::clamp(at[1], 0.0, 1.0), order);
+  const Sides sides = SidesOf(half);
+  const Vector2d at = (sides.start + u * sides.by_u + v * sides.by_v).cwiseMax(0.0).cwiseMin(1.0);
+  const ControlQuad& quad = quads_[half.quad];
+  PatchPlace place = {face, CornerAt(quad, at[0], at[1]), at[0], at[1]};
+  if (place.code >= 0) return place;
+  place.code = quad.root;
+  while (place.code >= 0) {
+    place.code = nodes_[place.code][DescendIntoQuarter(place.u, place.v)];
+    place.scale *= 2;
+  }
+  const size_t leaf = static_cast<size_t>(~place.code);
+  if (leaf % 2 == 0) PrefetchPart(patches_[leaf / 2]);
+  return place;
+}
+
+SurfaceJet QuadEvaluator::AtPlace(const PatchPlace& place, JetOrder order) const {
+  const SurfaceJet in_quad = AtQuad(place, order);
   if (in_quad.irregular) return in_quad;
+  const auto [start, by_u, by_v] = SidesOf(faces_[place.face]);
   SurfaceJet jet = in_quad;
   if (order >= JetOrder::kFirst) {
     jet.u = by_u[0] * in_quad.u + by_u[1] * in_quad.v;

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/evaluate/bicubic_patch.h"
+#include "core/evaluate/patch_place.h"
 #include "core/evaluate/quad_surroundings.h"
 #include "core/evaluate/surface_jet.h"
 #include "core/geometry/triangle_mesh.h"
@@ -30,8 +31,9 @@ class QuadEvaluator {
 
   int face_count() const { return static_cast<int>(faces_.size()); }
 
-  // Of a face, half of a quad, as LimitEvaluator::At().
-  SurfaceJet At(int face, double u, double v, JetOrder order) const;
+  // Of a face, half of a quad, as those of LimitEvaluator.
+  PatchPlace Find(int face, double u, double v) const;
+  SurfaceJet AtPlace(const PatchPlace& place, JetOrder order) const;
 
  private:
   friend class QuadTreeBuilder;
@@ -52,8 +54,15 @@ class QuadEvaluator {
     std::array<int32_t, 4> limits{};  // of its irregular corners, -1 for others
   };
 
+  // Of a face in its quad: (s, t) at its corner 0, and how they grow with u and v.
+  struct Sides {
+    Eigen::Vector2d start, by_u, by_v;
+  };
+  Sides SidesOf(const Face& half) const;
+  // The number of the irregular corner that (s, t) is at, in `limits_`; -1: at none.
+  int32_t CornerAt(const ControlQuad& quad, double s, double t) const;
   // Derivatives in s and t, but for an irregular vertex.
-  SurfaceJet AtQuad(const ControlQuad& quad, double s, double t, JetOrder order) const;
+  SurfaceJet AtQuad(const PatchPlace& place, JetOrder order) const;
 
   std::vector<Face> faces_;
   std::vector<ControlQuad> quads_;

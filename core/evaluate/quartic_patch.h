@@ -24,13 +24,6 @@ class alignas(64) QuarticPatch {
   void Evaluate(double u, double v, SurfaceJet& jet) const;
   void Evaluate(double u, double v, JetOrder order, SurfaceJet& jet) const;
 
-  // Asks the memory for all of it at once: at random parameters waiting for it is what takes time.
-  void Prefetch() const {
-    for (size_t line = 0; line < sizeof(*this); line += 64) {
-      __builtin_prefetch(reinterpret_cast<const char*>(this) + line);
-    }
-  }
-
  private:
   static constexpr int kDegree = 4, kPowers = 15;
   // Of u^i v^j, i + j <= 4, in rows of j; x, y, z each.

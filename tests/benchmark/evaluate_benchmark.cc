@@ -61,6 +61,40 @@ void EvaluateAnywhere(benchmark::State& state) {
 }
 BENCHMARK(EvaluateAnywhere)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
+// With heights, many places in one call. Arguments: the order of the derivatives; 1 for places in
+// the order of their faces; places in one call.
+void EvaluateMany(benchmark::State& state) {
+  DisplacedSurface surface;
+  surface.control_mesh = BumpyTorus();
+  surface.max_level = 3;
+  const auto control = BuildMeshTopology(surface.control_mesh.faces,
+                                         static_cast<int>(surface.control_mesh.vertices.cols()));
+  const FaceVertices vertices(*control, surface.max_level);
+  surface.heights.assign(static_cast<size_t>(vertices.count()), 1e-3f);
+  surface.sources.assign(surface.heights.size(), HeightSource::kMeasured);
+  const auto evaluator = DisplacedEvaluator::Build(surface, RunContext());
+  std::vector<DisplacedEvaluator::Parameter> parameters;
+  for (const Parameter& at : RandomParameters(evaluator->face_count())) {
+    parameters.push_back({at.face, at.u, at.v});
+  }
+  if (state.range(1) != 0) {
+    std::sort(parameters.begin(), parameters.end(),
+              [](const auto& a, const auto& b) { return a.face < b.face; });
+  }
+  const auto order = static_cast<JetOrder>(state.range(0));
+  const auto at_once = static_cast<size_t>(state.range(2));
+  std::vector<SurfaceJet> jets(at_once);
+  for (auto _ : state) {
+    for (size_t i = 0; i < parameters.size(); i += at_once) {
+      evaluator->AtAll({&parameters[i], at_once}, order, jets.data());
+      benchmark::DoNotOptimize(jets.data());
+      benchmark::ClobberMemory();
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(parameters.size()));
+}
+BENCHMARK(EvaluateMany)->ArgsProduct({{0, 1, 2}, {0, 1}, {1, 256}})->Unit(benchmark::kMillisecond);
+
 // Arguments: levels of isolation; the order of the derivatives.
 void EvaluateWithBfr(benchmark::State& state) {
   namespace Bfr = OpenSubdiv::OPENSUBDIV_VERSION::Bfr;

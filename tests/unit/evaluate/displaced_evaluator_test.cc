@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/limit_stencils.h"
@@ -122,6 +123,35 @@ TEST(DisplacedEvaluatorTest, WithoutHeightsIsTheLimitSurface) {
     EXPECT_EQ(jet.position, limit.position);
     EXPECT_EQ(jet.u, limit.u);
     EXPECT_EQ(jet.vv, limit.vv);
+  }
+}
+
+// Fewer places than are looked ahead, as many, and more; irregular vertices among them.
+TEST(DisplacedEvaluatorTest, ManyPlacesAreTheSameAsOneByOne) {
+  for (const auto& [name, surface] : testing::ReliefSurfaces()) {
+    const DisplacedEvaluator evaluator = Evaluator(surface);
+    testing::Random random(31);
+    std::vector<DisplacedEvaluator::Parameter> places = {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    while (places.size() < 100) {
+      const double u = (random.Signed() + 1) / 2;
+      places.push_back({random.Below(evaluator.face_count()), u, (1 - u) / 3});
+    }
+    for (const size_t count : {0, 1, 3, 4, 5, 100}) {
+      for (const JetOrder order : {JetOrder::kPosition, JetOrder::kSecond}) {
+        std::vector<SurfaceJet> jets(count);
+        evaluator.AtAll({places.data(), count}, order, jets.data());
+        for (size_t i = 0; i < count; ++i) {
+          const SurfaceJet jet = evaluator.At(places[i].face, places[i].u, places[i].v, order);
+          EXPECT_EQ(jets[i].position, jet.position) << name << " place " << i << " of " << count;
+          EXPECT_EQ(jets[i].irregular, jet.irregular);
+          if (order == JetOrder::kPosition) continue;
+          EXPECT_EQ(jets[i].u, jet.u);
+          EXPECT_EQ(jets[i].v, jet.v);
+          if (jet.irregular) continue;
+          EXPECT_EQ(jets[i].vv, jet.vv);
+        }
+      }
+    }
   }
 }
 
