@@ -101,7 +101,8 @@ double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, i
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
   // Sheets that face each other have the solid, or the air, between them.
   if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWorth * pair.cosine;
-  // A stair, or a window set back in its wall, unless one of the points has the other sheet all around.
+  // A stair, or a window set back in its wall, unless one of the points has the other sheet all
+  // around.
   const bool beside = std::max(overlap[a], overlap[b]) <= kAllAround;
   return std::copysign(kStairWorth, beside ? pair.cosine : ReflectedCosine(pair));
 }

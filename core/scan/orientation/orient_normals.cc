@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,9 +14,9 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/edge_sign_votes.h"
-#include "core/scan/orientation/flipped_patches.h"
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
+#include "core/scan/orientation/patch_dipoles.h"
 #include "core/scan/orientation/signed_graph.h"
 #include "core/scan/orientation/winding_number.h"
 
@@ -172,6 +173,13 @@ std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
   return ambiguous;
 }
 
+GroupAgreement AgreementOf(PatchDipoles dipoles) {
+  return
+      [dipoles = std::move(dipoles)](std::span<const SignedNode> a, std::span<const SignedNode> b) {
+        return dipoles.Agreement(a, b);
+      };
+}
+
 // `votes`: see SideVotes; or empty.
 absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph, const OrientedCloud& cloud,
                                              const std::vector<float>& relations,
@@ -182,7 +190,8 @@ absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph, const O
                            LinksBetween(result.patches, graph, relations, cloud, context));
   result.sides = SidesOf(result.patches, votes, graph.k);
   RILIEVO_ASSIGN_OR_RETURN(
-      result.labels, LabelSignedGraph(result.patches.count, result.links, result.sides, context));
+      result.labels, LabelSignedGraph(result.patches.count, result.links, result.sides,
+                                      AgreementOf(PatchDipoles(result.patches, cloud)), context));
   return result;
 }
 
@@ -257,8 +266,10 @@ absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
   LabelledPatches labelled = *std::move(believed.alone);
   if (believed.votes.empty()) return labelled;
   labelled.sides = SidesOf(labelled.patches, believed.votes, graph.k);
-  RILIEVO_ASSIGN_OR_RETURN(labelled.labels, LabelSignedGraph(labelled.patches.count, labelled.links,
-                                                             labelled.sides, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      labelled.labels,
+      LabelSignedGraph(labelled.patches.count, labelled.links, labelled.sides,
+                       AgreementOf(PatchDipoles(labelled.patches, cloud)), context));
   return labelled;
 }
 
@@ -291,13 +302,7 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
   const std::vector<uint8_t> want_opposite = WantOpposite(relations);
   relations = std::vector<float>();
   RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
-  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
-  if (labelled.sides.empty()) {
-    const OrientationPatches& patches = labelled.patches;
-    RILIEVO_RETURN_IF_ERROR(
-        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
-    turned = Turned(unoriented, cloud->normals);
-  }
+  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
   result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -26,16 +27,24 @@ std::vector<SignedLink> Sorted(std::vector<SignedLink> links) {
 // The graph under contraction. Weights are relative to the present signs of the groups' heads.
 class Contraction {
  public:
-  Contraction(int nodes, const std::vector<SignedLink>& links, const std::vector<double>& sides)
-      : side_node_(nodes), links_of_(nodes), side_of_(sides), sets_(nodes + 1) {
+  Contraction(int nodes, const std::vector<SignedLink>& links, const std::vector<double>& sides,
+              const GroupAgreement& agreement)
+      : side_node_(nodes),
+        agreement_(agreement),
+        links_of_(nodes),
+        side_of_(sides),
+        sets_(nodes + 1),
+        next_(nodes) {
     side_of_.resize(static_cast<size_t>(nodes), 0.0);
+    std::iota(next_.begin(), next_.end(), 0);
     for (int a = 0; a < nodes; ++a) PushSide(a);
     for (const SignedLink& link : Sorted(links)) {
       if (link.a == link.b) continue;
-      const Bundle bundle{link.b, link.weight};
+      const Bundle bundle{link.b, link.weight, std::abs(link.weight)};
       std::vector<Bundle>& list = links_of_[link.a];
       if (!list.empty() && list.back().to == link.b) {
         list.back().net += bundle.net;
+        list.back().total += bundle.total;
       } else {
         list.push_back(bundle);
       }
@@ -44,7 +53,7 @@ class Contraction {
     std::vector<std::vector<Bundle>> forward = links_of_;
     for (int a = 0; a < nodes; ++a) {
       for (const Bundle& bundle : forward[a]) {
-        links_of_[bundle.to].push_back({a, bundle.net});
+        links_of_[bundle.to].push_back({a, bundle.net, bundle.total});
         Push(a, bundle.to, bundle.net);
       }
     }
@@ -88,7 +97,7 @@ class Contraction {
   // All links to one other head.
   struct Bundle {
     int to;
-    double net;
+    double net, total;  // sums of the weights and of their sizes
   };
   struct Candidate {
     double confidence;
@@ -128,11 +137,33 @@ class Contraction {
     return nullptr;
   }
 
+  // Its nodes, with their signs relative to the head's.
+  std::vector<SignedNode> MembersOf(int head) {
+    std::vector<SignedNode> members;
+    sets_.Find(head);
+    const uint8_t origin = sets_.parity(head);
+    int node = head;
+    do {
+      sets_.Find(node);
+      members.push_back({node, sets_.parity(node) != origin ? -1 : 1});
+      node = next_[node];
+    } while (node != head);
+    return members;
+  }
+
+  bool WantsOpposite(int a, int b, const Bundle& between) {
+    constexpr double kContested = 0.1;
+    const double balance = between.net / between.total;
+    if (!agreement_ || std::abs(balance) > 1 - 2 * kContested) return balance < 0;
+    return balance + agreement_(MembersOf(a), MembersOf(b)) < 0;
+  }
+
   // The head with fewer links goes into the other one.
   void Join(int keep, int gone, const Bundle between) {
     if (links_of_[keep].size() < links_of_[gone].size()) std::swap(keep, gone);
-    const bool opposite = between.net < 0;
+    const bool opposite = WantsOpposite(keep, gone, between);
     sets_.Join(keep, gone, opposite ? 1 : 0);
+    std::swap(next_[keep], next_[gone]);
     Erase(keep, gone);
     if (side_of_[gone] != 0) {
       side_of_[keep] += opposite ? -side_of_[gone] : side_of_[gone];
@@ -143,8 +174,8 @@ class Contraction {
       if (bundle.to == keep) continue;
       Erase(bundle.to, gone);
       const double net = opposite ? -bundle.net : bundle.net;
-      Push(keep, bundle.to, AddTo(keep, {bundle.to, net}));
-      AddTo(bundle.to, {keep, net});
+      Push(keep, bundle.to, AddTo(keep, {bundle.to, net, bundle.total}));
+      AddTo(bundle.to, {keep, net, bundle.total});
     }
     links_of_[gone].clear();
     links_of_[gone].shrink_to_fit();
@@ -155,6 +186,7 @@ class Contraction {
     for (Bundle& bundle : links_of_[from]) {
       if (bundle.to != added.to) continue;
       bundle.net += added.net;
+      bundle.total += added.total;
       return bundle.net;
     }
     links_of_[from].push_back(added);
@@ -171,10 +203,12 @@ class Contraction {
     }
   }
 
-  const int side_node_;                        // behind the others
+  const int side_node_;  // behind the others
+  const GroupAgreement& agreement_;
   std::vector<std::vector<Bundle>> links_of_;  // by head
   std::vector<double> side_of_;                // by head; 0 once it is taken
   SignedUnionFind sets_;
+  std::vector<int> next_;  // by node: another one of its group, all of them in a ring
   std::priority_queue<Candidate> queue_;
 };
 
@@ -182,8 +216,9 @@ class Contraction {
 
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const std::vector<double>& sides,
+                                              const GroupAgreement& agreement,
                                               const RunContext& context) {
-  Contraction contraction(nodes, links, sides);
+  Contraction contraction(nodes, links, sides, agreement);
   RILIEVO_RETURN_IF_ERROR(contraction.Run(context));
   return contraction.TakeLabels();
 }

@@ -1,6 +1,8 @@
 // Signs for the nodes of a graph whose links say 'same' or 'opposite', not always rightly.
 #pragma once
 
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -13,6 +15,17 @@ struct SignedLink {
   double weight = 0;  // > 0: same sign, < 0: opposite; the more the surer
 };
 
+// A node of a group, with its sign relative to the group's: +1 or -1.
+struct SignedNode {
+  int node;
+  int sign;
+};
+
+// By how much two groups of nodes want to have the same sign, from what no link tells: 1 is worth
+// as much as all links between them.
+using GroupAgreement =
+    std::function<double(std::span<const SignedNode> a, std::span<const SignedNode> b)>;
+
 struct SignedLabels {
   std::vector<int> component;  // by node: a number in [0, components), by lowest node
   std::vector<int> sign;       // by node: +1 or -1, relative within the component
@@ -24,11 +37,13 @@ struct SignedLabels {
 // Joins the two groups with the largest |sum of weights between them| until no links are left;
 // weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
 // spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
-// Keuper et al. 2015, Bailoni et al. 2022). `sides`: by node, > 0 for those that are to be +1, < 0
-// for those that are to be -1, the more the surer, on the scale of the links; or empty. A side
-// counts as a link to one more node, whose sign is +1.
+// Keuper et al. 2015, Bailoni et al. 2022). Where a tenth of the weight between two groups or more
+// is against the rest, what their agreement says is added. `sides`: by
+// node, > 0 for those that are to be +1, < 0 for those that are to be -1, the more the surer, on
+// the scale of the links; or empty. A side counts as a link to one more node, whose sign is +1.
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const std::vector<double>& sides,
+                                              const GroupAgreement& agreement,
                                               const RunContext& context);
 
 }  // namespace rilievo

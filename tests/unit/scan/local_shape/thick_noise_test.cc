@@ -17,7 +17,7 @@ struct NoisySphere {
 };
 
 // Its noise is stated as `stated` times the truth. `noise`: of a unit sphere.
-NoisySphere MakeSphere(int points, double noise, double stated) {
+NoisySphere MakeNoisySphere(int points, double noise, double stated) {
   KnownCloud sphere = SphereCloud(points, 3);
   AddNoise(noise, 4, &sphere);
   NoisySphere made{Prepare(sphere), {}, 0};
@@ -42,20 +42,20 @@ double Scale(NoisySphere made, int threads = 2) {
 TEST(NoiseScaleTest, FindsWhatWasUnderstated) {
   for (const double noise : {0.018, 0.03}) {  // spacing 0.0163
     for (const double stated : {0.5, 0.7, 1.0}) {
-      EXPECT_NEAR(Scale(MakeSphere(60000, noise, stated)), 1 / stated, 0.12 / stated)
+      EXPECT_NEAR(Scale(MakeNoisySphere(60000, noise, stated)), 1 / stated, 0.12 / stated)
           << noise << " " << stated;
     }
   }
 }
 
 TEST(NoiseScaleTest, LeavesScansAloneThatAreNotNoisy) {
-  EXPECT_EQ(Scale(MakeSphere(20000, 0.001, 1)), 1);
-  EXPECT_EQ(Scale(MakeSphere(20000, 0.02, 2)), 1);  // overstated: nothing is taken back
+  EXPECT_EQ(Scale(MakeNoisySphere(20000, 0.001, 1)), 1);
+  EXPECT_EQ(Scale(MakeNoisySphere(20000, 0.02, 2)), 1);  // overstated: nothing is taken back
 }
 
 // Foliage on a clean wall: what it says of its own noise is nothing to the wall.
 TEST(NoiseScaleTest, NoisyPartsLeaveCleanOnesAlone) {
-  NoisySphere made = MakeSphere(60000, 0.03, 0.5);
+  NoisySphere made = MakeNoisySphere(60000, 0.03, 0.5);
   const size_t count = made.cloud.noise.size();
   for (size_t i = count / 2; i < count; ++i) made.cloud.noise[i] = 1e-3f * made.cloud.spacing[i];
   const OrientedCloud before = made.cloud;
@@ -65,7 +65,7 @@ TEST(NoiseScaleTest, NoisyPartsLeaveCleanOnesAlone) {
 }
 
 TEST(NoiseScaleTest, SameForAnyThreadCount) {
-  const NoisySphere made = MakeSphere(20000, 0.02, 0.6);
+  const NoisySphere made = MakeNoisySphere(20000, 0.02, 0.6);
   EXPECT_EQ(Scale(made, 1), Scale(made, 3));
 }
 

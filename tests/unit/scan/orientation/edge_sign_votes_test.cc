@@ -64,12 +64,12 @@ TEST(SignVoteTest, TheSamePlaceHasTheSideOfItsNormals) {
 }
 
 // True normals with random signs.
-struct Scene {
+struct SignedScan {
   KnownCloud known;
   NeighborGraph graph;
   OrientedCloud cloud;
   // `area`: of the whole surface.
-  Scene(KnownCloud shape, double area, double noise = 0) : known(std::move(shape)) {
+  SignedScan(KnownCloud shape, double area, double noise = 0) : known(std::move(shape)) {
     AddNoise(noise, 7, &known);
     const PointIndex index(known.cloud.points);
     graph = *BuildNeighborGraph(index, known.cloud.points, NeighborOptions(), RunContext());
@@ -90,7 +90,7 @@ struct Scene {
 struct Judgement {
   double said = 0, wrong = 0;
 };
-Judgement Judge(const Scene& scene) {
+Judgement Judge(const SignedScan& scene) {
   const std::vector<float> relations = *EdgeSignVotes(scene.graph, scene.cloud, RunContext());
   const auto side = [&](int i) {
     return scene.cloud.normals.col(i).dot(scene.known.normals.col(i));
@@ -108,8 +108,8 @@ Judgement Judge(const Scene& scene) {
 
 TEST(EdgeSignVotesTest, SmoothSurfacesAreToldWithoutMistakes) {
   const double torus_area = 4 * std::numbers::pi * std::numbers::pi * 0.35;
-  for (const Scene& scene : {Scene(SphereCloud(4000, 1), 4 * std::numbers::pi),
-                             Scene(TorusCloud(8000, 2), torus_area)}) {
+  for (const SignedScan& scene : {SignedScan(SphereCloud(4000, 1), 4 * std::numbers::pi),
+                                  SignedScan(TorusCloud(8000, 2), torus_area)}) {
     EXPECT_GT(Judge(scene).said, 0.9);
     EXPECT_EQ(Judge(scene).wrong, 0);
   }
@@ -117,7 +117,7 @@ TEST(EdgeSignVotesTest, SmoothSurfacesAreToldWithoutMistakes) {
 
 // A quarter of the spacing is the noise of a poor scanner.
 TEST(EdgeSignVotesTest, NoiseIsNoStep) {
-  const Judgement judgement = Judge(Scene(SphereCloud(4000, 1), 4 * std::numbers::pi, 0.015));
+  const Judgement judgement = Judge(SignedScan(SphereCloud(4000, 1), 4 * std::numbers::pi, 0.015));
   EXPECT_GT(judgement.said, 0.5);
   EXPECT_LT(judgement.wrong, 0.001);
 }
@@ -127,14 +127,15 @@ TEST(EdgeSignVotesTest, TheFacesOfAThinPlateAreToldByTheirSurroundings) {
   constexpr int kPoints = 12000;
   const double spacing = std::sqrt(4 / std::numbers::pi * 2 / kPoints);
   for (const double thickness : {0.6, 1.2, 1.8}) {
-    const Judgement judgement = Judge(Scene(BoxCloud(kPoints, 3, {1, 1, thickness * spacing}), 2));
+    const Judgement judgement =
+        Judge(SignedScan(BoxCloud(kPoints, 3, {1, 1, thickness * spacing}), 2));
     EXPECT_GT(judgement.said, 0.7) << thickness;
     EXPECT_LT(judgement.wrong, 0.03) << thickness;
   }
 }
 
 TEST(EdgeSignVotesTest, NoThreadChangesABit) {
-  const Scene scene(BoxCloud(4000, 4, {1, 0.7, 0.1}), 1.74);
+  const SignedScan scene(BoxCloud(4000, 4, {1, 0.7, 0.1}), 1.74);
   RunContext one, three;
   one.threads = 1;
   three.threads = 3;

@@ -9,6 +9,8 @@
 #include "core/scan/scan_surface.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
+#include "tests/scans/scene.h"
+#include "tests/scans/scene_scanner.h"
 #include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
@@ -57,6 +59,24 @@ TEST(OrientationTest, AnOpenTerrainPointsUp) {
   EXPECT_EQ(Wrong(*terrain, Analyze(Sample(*terrain, 20000))), 0);
 }
 
+// Cars stand on their shadows, facades hang together by their windows: the votes of neighbours
+// alone turn one of them or another.
+TEST(OrientationTest, AStreetFacesTheScannersThatItDoesNotKnow) {
+  const SceneScan street = ScanScene(MakeStreet(), {.points = 60000}).value();
+  const PointSights& sights = street.cloud.sights;
+  const CheckedScan checked = CheckScan({street.cloud.points}, CheckOptions{}, {}).value();
+  const std::vector<int> source(checked.source_index.begin(), checked.source_index.end());
+  const ScanSurface scan = AnalyzeScan(checked, ScanOptions{}, {}).value();
+  int away = 0, place = 0;
+  for (size_t i = 0; i < source.size(); ++i) {
+    if (!scan.keep.empty() && scan.keep[i] == 0) continue;
+    const Eigen::Vector3d station = sights.stations.col(sights.station_of[source[i]]);
+    away += (station - street.cloud.points.col(source[i])).dot(scan.cloud.normals.col(place++)) < 0;
+  }
+  ASSERT_EQ(place, scan.cloud.points.cols());
+  EXPECT_LT(away, 0.02 * place);
+}
+
 // Nine windows, set back by four spacings; nobody saw their reveals.
 TEST(OrientationTest, AWindowFacesTheWayOfItsWall) {
   for (const double noise : {0.0, 0.002}) {
@@ -75,15 +95,15 @@ TEST(OrientationTest, AWindowFacesTheWayOfItsWall) {
 
 // Two spacings thick, five times the noise: neighbours come from both sides.
 TEST(OrientationTest, AThinPlateUnderNoiseHasTwoSides) {
-  constexpr int kCount = 20000;
-  const double spacing = std::sqrt(4 * 2 / std::numbers::pi / kCount);
-  KnownCloud plate = BoxCloud(kCount, 3, {1, 1, 2 * spacing});
+  constexpr int kPlatePoints = 20000;
+  const double spacing = std::sqrt(4 * 2 / std::numbers::pi / kPlatePoints);
+  KnownCloud plate = BoxCloud(kPlatePoints, 3, {1, 1, 2 * spacing});
   AddNoise(0.4 * spacing, 5, &plate);
   const CheckedScan checked = CheckScan(plate.cloud, CheckOptions{}, RunContext{}).value();
   ScanOptions options;
   options.outliers.distance_factor = 0;
   const ScanSurface scan = AnalyzeScan(checked, options, RunContext{}).value();
-  ASSERT_EQ(scan.cloud.points.cols(), kCount);
+  ASSERT_EQ(scan.cloud.points.cols(), kPlatePoints);
   EXPECT_LT(WrongShare(scan.cloud.normals, plate.normals(Eigen::all, checked.source_index)), 0.08);
   EXPECT_NEAR(scan.cloud.median_noise, 0.4 * spacing / scan.frame.diagonal,
               0.1 * spacing / scan.frame.diagonal);

@@ -44,7 +44,7 @@ int Mistakes(const HiddenSigns& hidden, const SignedLabels& labels) {
 
 TEST(SignedGraphTest, FindsHiddenSignsExactlyWhenLinksAgree) {
   const HiddenSigns hidden = MakeGrid(40, 0.0, 1);
-  const auto labels = LabelSignedGraph(1600, hidden.links, {}, RunContext{});
+  const auto labels = LabelSignedGraph(1600, hidden.links, {}, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_EQ(labels->components, 1);
   EXPECT_EQ(Mistakes(hidden, *labels), 0);
@@ -53,7 +53,7 @@ TEST(SignedGraphTest, FindsHiddenSignsExactlyWhenLinksAgree) {
 TEST(SignedGraphTest, OutvotesWrongLinks) {
   for (uint64_t seed = 2; seed < 7; ++seed) {
     const HiddenSigns hidden = MakeGrid(40, 0.05, seed);
-    const auto labels = LabelSignedGraph(1600, hidden.links, {}, RunContext{});
+    const auto labels = LabelSignedGraph(1600, hidden.links, {}, {}, RunContext{});
     ASSERT_TRUE(labels.ok());
     EXPECT_LE(Mistakes(hidden, *labels), 16) << seed;  // one in a hundred
   }
@@ -62,15 +62,41 @@ TEST(SignedGraphTest, OutvotesWrongLinks) {
 TEST(SignedGraphTest, SumsParallelLinksAndIgnoresLoops) {
   const std::vector<SignedLink> links = {
       {0, 1, 0.9}, {1, 0, -0.5}, {0, 1, -0.5}, {1, 1, 5.0}, {1, 2, 0.3}};
-  const auto labels = LabelSignedGraph(3, links, {}, RunContext{});
+  const auto labels = LabelSignedGraph(3, links, {}, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_NE(labels->sign[0], labels->sign[1]);
   EXPECT_EQ(labels->sign[1], labels->sign[2]);
 }
 
+// 0 - 1 and 2 - 3 are sure; what lies between them is contested, with 0.6 to 0.4.
+TEST(SignedGraphTest, AgreementDecidesWhereLinksContradictEachOther) {
+  const std::vector<SignedLink> links = {{0, 1, -9.0}, {2, 3, 9.0}, {1, 2, 0.6}, {0, 3, 0.4}};
+  const auto labels_with = [&links](double agreement, std::vector<SignedLink> further = {}) {
+    const auto says = [agreement](std::span<const SignedNode> a, std::span<const SignedNode> b) {
+      // Relative to the first of the other group, as node 1 and node 2 want it.
+      const auto sign_of = [&](int node) {
+        for (const auto& group : {a, b}) {
+          for (const SignedNode& member : group) {
+            if (member.node == node) return member.sign;
+          }
+        }
+        return 0;
+      };
+      return agreement * sign_of(1) * sign_of(2);
+    };
+    further.insert(further.end(), links.begin(), links.end());
+    return LabelSignedGraph(4, further, {}, says, RunContext{}).value();
+  };
+  const auto between = [](const SignedLabels& labels) { return labels.sign[1] * labels.sign[2]; };
+  EXPECT_EQ(between(labels_with(0)), 1);
+  EXPECT_EQ(between(labels_with(-0.1)), 1);
+  EXPECT_EQ(between(labels_with(-0.3)), -1);
+  EXPECT_EQ(between(labels_with(-5, {{1, 2, 8.0}})), 1) << "next to nothing contradicts";
+}
+
 TEST(SignedGraphTest, NumbersComponentsByLowestNode) {
   const std::vector<SignedLink> links = {{4, 2, 1.0}, {1, 3, -1.0}};
-  const auto labels = LabelSignedGraph(5, links, {}, RunContext{});
+  const auto labels = LabelSignedGraph(5, links, {}, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_EQ(labels->components, 3);
   EXPECT_EQ(labels->component, (std::vector<int>{0, 1, 2, 1, 2}));
@@ -78,9 +104,9 @@ TEST(SignedGraphTest, NumbersComponentsByLowestNode) {
 
 TEST(SignedGraphTest, OrderOfTheLinksDoesNotMatter) {
   HiddenSigns hidden = MakeGrid(30, 0.2, 8);
-  const auto a = LabelSignedGraph(900, hidden.links, {}, RunContext{});
+  const auto a = LabelSignedGraph(900, hidden.links, {}, {}, RunContext{});
   std::reverse(hidden.links.begin(), hidden.links.end());
-  const auto b = LabelSignedGraph(900, hidden.links, {}, RunContext{});
+  const auto b = LabelSignedGraph(900, hidden.links, {}, {}, RunContext{});
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_EQ(a->sign, b->sign);
 }
@@ -90,14 +116,14 @@ TEST(SignedGraphTest, Stops) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  EXPECT_EQ(LabelSignedGraph(4, {{0, 1, 1.0}}, {}, context).status().code(),
+  EXPECT_EQ(LabelSignedGraph(4, {{0, 1, 1.0}}, {}, {}, context).status().code(),
             absl::StatusCode::kCancelled);
 }
 
 TEST(SignedGraphTest, SidesGiveTheAbsoluteSign) {
   // 0 - 1 same, 1 - 2 opposite, 3 - 4 same; the sides speak of 2 and, more weakly, of 0.
   const std::vector<SignedLink> links = {{0, 1, 1.0}, {1, 2, -2.0}, {3, 4, 1.0}};
-  const auto labels = LabelSignedGraph(5, links, {0.5, 0, 3, 0, 0}, RunContext{});
+  const auto labels = LabelSignedGraph(5, links, {0.5, 0, 3, 0, 0}, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_EQ(labels->components, 2);
   EXPECT_EQ(labels->sided, labels->component[0]);
@@ -105,7 +131,7 @@ TEST(SignedGraphTest, SidesGiveTheAbsoluteSign) {
   EXPECT_EQ(labels->sign[1], -1);
   EXPECT_EQ(labels->sign[0], -1) << "outvoted by its neighbour";
   EXPECT_NE(labels->component[3], labels->sided);
-  const auto none = LabelSignedGraph(5, links, {}, RunContext{});
+  const auto none = LabelSignedGraph(5, links, {}, {}, RunContext{});
   EXPECT_EQ(none->sided, -1);
 }
 
@@ -125,8 +151,8 @@ TEST(SignedGraphTest, SidesAreLinksToOneMoreNode) {
       sides[i] = random.Uniform(-2, 2);
       with_node.push_back({i, kNodes, sides[i]});
     }
-    const auto a = LabelSignedGraph(kNodes, links, sides, RunContext{});
-    const auto b = LabelSignedGraph(kNodes + 1, with_node, {}, RunContext{});
+    const auto a = LabelSignedGraph(kNodes, links, sides, {}, RunContext{});
+    const auto b = LabelSignedGraph(kNodes + 1, with_node, {}, {}, RunContext{});
     ASSERT_TRUE(a.ok() && b.ok());
     for (int i = 0; i < kNodes; ++i) {
       const bool sided = b->component[i] == b->component[kNodes];

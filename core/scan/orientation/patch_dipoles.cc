@@ -1,0 +1,126 @@
+#include "core/scan/orientation/patch_dipoles.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <numeric>
+
+#include "core/base/ablation.h"
+#include "core/points/belonging.h"
+
+namespace rilievo {
+namespace {
+
+// Of 274 joins of groups whose links contradict each other, in simulated streets, blocks, rooms and
+// machined parts, the sum of the votes' balance and so many times the agreement was right but for
+// 13 to 16 (of 8 to 15 times), the votes alone but for 86, the agreement alone but for 24.
+constexpr double kWorth = 10;
+// Closed groups have none, but for rounding.
+constexpr double kLeastAgreement = 0.05;
+// How far around a group, in its radii, another one counts.
+constexpr double kReach = 8;
+
+// Symmetric.
+double Agreement(const Dipole& a, Dipole b) {
+  b.blur = (a.blur + b.blur) / 2;
+  return a.area.dot(WindingDescent(b, a.position));
+}
+
+}  // namespace
+
+PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud)
+    : patches_(patches),
+      cloud_(cloud),
+      sums_(static_cast<size_t>(patches.count)),
+      begin_(sums_.size() + 1, 0),
+      members_(patches.patch.size()) {
+  for (const int patch : patches.patch) ++begin_[patch + 1];
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  std::vector<int> next(begin_.begin(), begin_.end() - 1);
+  for (size_t i = 0; i < members_.size(); ++i) {
+    members_[next[patches.patch[i]]++] = static_cast<int>(i);
+  }
+  for (size_t p = 0; p < sums_.size(); ++p) {
+    Patch& patch = sums_[p];
+    const std::span points(members_.data() + begin_[p], members_.data() + begin_[p + 1]);
+    for (const int i : points) {
+      const Dipole dipole = DipoleOfPoint(i);
+      const double share = ShareOfSurface(cloud.spacing[i]);
+      patch.sum.position += share * dipole.position;
+      patch.sum.area += dipole.area;
+      patch.sum.blur += share * dipole.blur;
+      patch.size += share;
+    }
+    if (patch.size > 0) {
+      patch.sum.position /= patch.size;
+      patch.sum.blur /= patch.size;
+    }
+    for (const int i : points) {
+      const double reach = (cloud.points.col(i) - patch.sum.position).norm();
+      patch.radius = std::max(patch.radius, reach);
+    }
+  }
+}
+
+// With the sign of its patch.
+Dipole PatchDipoles::DipoleOfPoint(int point) const {
+  Dipole dipole = DipoleOf(cloud_, point);
+  if (patches_.parity[point] != 0) dipole.area = -dipole.area;
+  return dipole;
+}
+
+double PatchDipoles::Between(int a, int b) const {
+  const double near = kFarRadii * (sums_[a].radius + sums_[b].radius);
+  if ((sums_[b].sum.position - sums_[a].sum.position).squaredNorm() > near * near) {
+    return rilievo::Agreement(sums_[a].sum, sums_[b].sum);
+  }
+  double sum = 0;
+  for (int i = begin_[a]; i < begin_[a + 1]; ++i) {
+    const Dipole dipole = DipoleOfPoint(members_[i]);
+    for (int j = begin_[b]; j < begin_[b + 1]; ++j) {
+      sum += rilievo::Agreement(dipole, DipoleOfPoint(members_[j]));
+    }
+  }
+  return sum;
+}
+
+double PatchDipoles::Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b) const {
+  const auto size_of = [this](std::span<const SignedNode> group) {
+    double size = 0;
+    for (const SignedNode& node : group) size += sums_[node.node].size;
+    return size;
+  };
+  double size = size_of(a);
+  if (const double other = size_of(b); other < size) {
+    std::swap(a, b);
+    size = other;
+  }
+  if (!(size > 0)) return 0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  int points = 0;
+  for (const SignedNode& node : a) {
+    center += sums_[node.node].size / size * sums_[node.node].sum.position;
+    points += begin_[node.node + 1] - begin_[node.node];
+  }
+  if (points < kFewestOfPlane || IsLeftOut(Mechanism::kContestedGroups)) return 0;
+  double radius = 0;
+  for (const SignedNode& node : a) {
+    const Patch& patch = sums_[node.node];
+    radius = std::max(radius, (patch.sum.position - center).norm() + patch.radius);
+  }
+  double sum = 0;
+  for (const SignedNode& there : b) {
+    const Patch& patch = sums_[there.node];
+    const double reach = kReach * radius + patch.radius;
+    if ((patch.sum.position - center).squaredNorm() > reach * reach) continue;
+    for (const SignedNode& here : a) {
+      sum += here.sign * there.sign * Between(here.node, there.node);
+    }
+  }
+  const double agreement = sum / size * std::sqrt(size / std::numbers::pi);
+  return std::abs(agreement) < kLeastAgreement ? 0 : kWorth * agreement;
+}
+
+}  // namespace rilievo

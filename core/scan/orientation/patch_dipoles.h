@@ -1,0 +1,44 @@
+// How patches of a scan agree through the winding number.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/points/oriented_cloud.h"
+#include "core/scan/orientation/dipole.h"
+#include "core/scan/orientation/orientation_patches.h"
+#include "core/scan/orientation/signed_graph.h"
+
+namespace rilievo {
+
+// Points count as dipoles (Barill et al. 2018). Two of them agree by as much as the winding number
+// of the one falls along the other; the sum over all pairs is largest where the surface has no rims
+// but its own, closed or open (orientation by winding numbers: Xu et al. 2023).
+class PatchDipoles {
+ public:
+  // Both are kept by reference.
+  PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud);
+
+  // By how much two groups of patches agree, per area of the smaller one and times the radius of a
+  // disc as large, on the scale of GroupAgreement; 0 for groups of a few points. Of the larger
+  // group what lies within eight radii of the smaller one counts.
+  double Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b) const;
+
+ private:
+  struct Patch {
+    Dipole sum;         // of areas; position and blur are the mean of the points'
+    double size = 0;    // area, however it is turned
+    double radius = 0;  // farthest of the points from the mean
+  };
+
+  double Between(int a, int b) const;
+  Dipole DipoleOfPoint(int point) const;
+
+  const OrientationPatches& patches_;
+  const OrientedCloud& cloud_;
+  std::vector<Patch> sums_;
+  std::vector<int> begin_;    // by patch, in `members_`
+  std::vector<int> members_;  // points
+};
+
+}  // namespace rilievo

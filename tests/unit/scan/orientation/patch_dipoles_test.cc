@@ -1,0 +1,87 @@
+#include "core/scan/orientation/patch_dipoles.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+// Points with their true normals, in two patches: those that `second` takes and the others.
+struct TwoPatches {
+  OrientedCloud cloud;
+  OrientationPatches patches;
+
+  template <typename IsSecond>
+  TwoPatches(const KnownCloud& known, double area, IsSecond second) {
+    cloud.points = known.cloud.points;
+    cloud.normals = known.normals;
+    const auto count = static_cast<size_t>(cloud.points.cols());
+    const double spacing = std::sqrt(4 * area / (M_PI * static_cast<double>(count)));
+    cloud.spacing.assign(count, static_cast<float>(spacing));
+    cloud.noise.assign(count, 0.0f);
+    for (const auto point : cloud.points.colwise()) patches.patch.push_back(second(point) ? 1 : 0);
+    patches.parity.assign(count, 0);
+    patches.count = 2;
+  }
+
+  double Agreement(int sign = 1) const {
+    const SignedNode a{0, 1}, b{1, sign};
+    const PatchDipoles dipoles(patches, cloud);
+    const double agreement = dipoles.Agreement({&a, 1}, {&b, 1});
+    EXPECT_NEAR(dipoles.Agreement({&b, 1}, {&a, 1}), agreement, 1e-9);
+    return agreement;
+  }
+};
+
+bool AtTheTop(const Eigen::Vector3d& at) { return at.z() > 0.8; }
+
+TEST(PatchDipolesTest, ACapAgreesWithTheRestOfItsSphere) {
+  TwoPatches sphere(SphereCloud(4000, 1), 4 * M_PI, AtTheTop);
+  EXPECT_GT(sphere.Agreement(), 2);
+  EXPECT_NEAR(sphere.Agreement(-1), -sphere.Agreement(), 1e-9);
+  // Normals that are opposite to the first of their patch.
+  for (int i = 0; i < sphere.cloud.points.cols(); i += 3) {
+    sphere.cloud.normals.col(i) *= -1;
+    sphere.patches.parity[i] = 1;
+  }
+  EXPECT_GT(sphere.Agreement(), 2);
+}
+
+TEST(PatchDipolesTest, ADiscAgreesWithTheSheetAroundIt) {
+  const auto in_the_middle = [](const Eigen::Vector3d& at) {
+    return (at - Eigen::Vector3d(0.5, 0.5, 0)).norm() < 0.2;
+  };
+  EXPECT_GT(TwoPatches(PlaneCloud(4000, 2), 1, in_the_middle).Agreement(), 2);
+}
+
+TEST(PatchDipolesTest, TheFacesOfAPlateAgree) {
+  const auto is_top = [](const Eigen::Vector3d& at) { return at.z() > 0; };
+  EXPECT_GT(TwoPatches(BoxCloud(4000, 3, {1, 1, 0.1}), 2.4, is_top).Agreement(), 2);
+}
+
+// Outside a closed surface the winding number is 0 whichever way it faces.
+TEST(PatchDipolesTest, AClosedBallOverASheetTellsNothing) {
+  KnownCloud both = SphereCloud(4000, 4);
+  const KnownCloud sheet = PlaneCloud(4000, 5);
+  both.cloud.points *= 0.2;
+  const auto count = both.cloud.points.cols();
+  both.cloud.points.conservativeResize(3, 2 * count);
+  both.normals.conservativeResize(3, 2 * count);
+  both.cloud.points.rightCols(count) =
+      sheet.cloud.points.colwise() - Eigen::Vector3d(0.5, 0.5, 0.3);
+  both.normals.rightCols(count) = sheet.normals;
+  const auto in_sheet = [](const Eigen::Vector3d& at) { return at.z() < -0.25; };
+  EXPECT_EQ(TwoPatches(both, 1, in_sheet).Agreement(), 0);
+}
+
+TEST(PatchDipolesTest, AFewPointsTellNothing) {
+  const auto is_third = [i = 0](const Eigen::Vector3d&) mutable { return i++ == 3; };
+  EXPECT_EQ(TwoPatches(SphereCloud(500, 6), 4 * M_PI, is_third).Agreement(), 0);
+}
+
+}  // namespace
+}  // namespace rilievo
