@@ -25,9 +25,7 @@ class ColorCollector {
 
   // Of the next point: red, green, blue. Where one is not a number the point has no colour.
   void Add(const double* channels) {
-    if (std::isnan(channels[0] + channels[1] + channels[2])) {
-      unknown_.push_back(count());
-    }
+    if (!AreNumbers(channels)) unknown_.push_back(count());
     See(channels);
     if (kind_ == Kind::kBytes) {
       bytes_.push_back({Clamped(channels[0]), Clamped(channels[1]), Clamped(channels[2])});
@@ -42,15 +40,19 @@ class ColorCollector {
   // Of a point that is left out: it tells what channels the file has.
   void See(const double* channels) {
     if (kind_ == Kind::kBytes) return;
+    const bool known = AreNumbers(channels);
     for (size_t channel = 0; channel < 3; ++channel) {
-      whole_ &= channels[channel] >= 0 && channels[channel] == std::floor(channels[channel]);
+      whole_ &=
+          !known || (channels[channel] >= 0 && channels[channel] == std::floor(channels[channel]));
       if (std::isfinite(channels[channel])) largest_ = std::max(largest_, channels[channel]);
     }
   }
 
   size_t count() const { return bytes_.size() + wide_.size(); }
+  size_t known_count() const { return count() - unknown_.size(); }
 
-  // Whether all of them can be nothing else: whole numbers from 0 to 255, and not 0 and 1 alone.
+  // Whether all that are known, of some points, can be nothing else: whole numbers from 0 to 255,
+  // and not 0 and 1 alone.
   bool AreCertain() const { return whole_ && largest_ > 1 && largest_ <= 255; }
 
   // Of all points; leaves none. Points without a colour take that of the point before them, which
@@ -74,6 +76,10 @@ class ColorCollector {
   }
 
  private:
+  static bool AreNumbers(const double* channels) {
+    return !std::isnan(channels[0] + channels[1] + channels[2]);
+  }
+
   void TakeFromBefore() {
     size_t known = 0;  // the first that is
     while (known < unknown_.size() && unknown_[known] == known) ++known;

@@ -43,9 +43,13 @@ class SightCollector {
     if (wanted_.colors) colors_.See(channels);
   }
   void set_color_kind(ColorCollector::Kind kind) { colors_.set_kind(kind); }
-  // For columns that nothing calls colours.
-  void KeepCertainColors() {
-    if (!colors_.AreCertain()) colors_ = {};
+  // For columns that nothing calls colours. Returns what LeftOut() says of those that are not kept.
+  std::string KeepCertainColors() {
+    const bool certain = colors_.AreCertain();
+    if (certain && colors_.known_count() == colors_.count()) return "";
+    const size_t left_out = colors_.known_count();
+    colors_ = {};
+    return certain && left_out > 0 ? OnlySomeHave(left_out) : "";
   }
 
   void AddIntensity(double value) {
@@ -57,7 +61,7 @@ class SightCollector {
   std::string LeftOut(int64_t points) const {
     const auto count = static_cast<int64_t>(colors_.count());
     if (count == 0 || count == points) return "";
-    return absl::StrCat(", without the colours that only ", count, " points have");
+    return OnlySomeHave(colors_.count());
   }
 
   // Of `points` points; what does not have one for each is left out.
@@ -78,6 +82,10 @@ class SightCollector {
   }
 
  private:
+  static std::string OnlySomeHave(size_t count) {
+    return absl::StrCat(", without the colours that only ", count, " points have");
+  }
+
   const WantedLayers wanted_;
   StationTable stations_;
   int64_t station_count_ = 0;

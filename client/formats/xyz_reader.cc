@@ -39,7 +39,7 @@ class XyzReader {
     if (points_.offered() == 0) return absl::InvalidArgumentError("points: the file holds none");
     ScanFile scan;
     scan.format = axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_);
-    if (colors_are_guessed_) sights_.KeepCertainColors();
+    if (colors_are_guessed_) absl::StrAppend(&scan.format, sights_.KeepCertainColors());
     scan.cloud.sights = sights_.Finish(points_.count());
     if (!intensity_was_no_number_) scan.layers.intensity = sights_.FinishIntensity(points_.count());
     scan.cloud.points = points_.Finish();

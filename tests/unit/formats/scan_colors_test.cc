@@ -282,6 +282,15 @@ TEST(ScanIntensityTest, WordsInAFourthColumnAreNone) {
   EXPECT_EQ(scan->cloud.sights.colors, (std::vector<Rgb>{{1, 2, 3}, {4, 5, 6}}));
   EXPECT_TRUE(scan->layers.intensity.empty());
   EXPECT_TRUE(ColorsOf("0 0 0 1 2 3\n1 0 0 4 5 n/a\n", "a.xyz").empty());
+  const auto format_of = [](const char* text) {
+    std::istringstream lines(text);
+    return ReadScanStream(lines, "a.xyz", {.colors = true})->format;
+  };
+  EXPECT_EQ(format_of("0 0 0 1 2 3\n1 0 0 4 5 n/a\n2 0 0 4 5 6\n"),
+            "text, without the colours that only 2 points have");
+  EXPECT_EQ(format_of("0 0 0 1 2 3\n1 0 0 4 5 6\n"), "text");
+  EXPECT_EQ(format_of("0 0 0 1 2 wall\n1 0 0 4 5 door\n"), "text");
+  EXPECT_EQ(format_of("0 0 0 .1 .2 .3\n1 0 0 .4 .5 n/a\n"), "text");
   std::istringstream named("x y z intensity\n0 0 0 wall\n");
   EXPECT_TRUE(
       absl::IsInvalidArgument(ReadScanStream(named, "a.xyz", {.intensity = true}).status()));
