@@ -51,4 +51,10 @@ inline Eigen::Vector3d WindingDescent(const Dipole& dipole, const Eigen::Vector3
          (0.25 * std::numbers::inv_pi / (squared * squared * std::sqrt(squared)));
 }
 
+// By how much the winding number of one falls along the other. Symmetric.
+inline double Agreement(const Dipole& a, Dipole b) {
+  b.blur = (a.blur + b.blur) / 2;
+  return a.area.dot(WindingDescent(b, a.position));
+}
+
 }  // namespace rilievo

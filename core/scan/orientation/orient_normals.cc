@@ -14,6 +14,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/edge_sign_votes.h"
+#include "core/scan/orientation/flipped_patches.h"
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/patch_dipoles.h"
@@ -302,7 +303,13 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
   const std::vector<uint8_t> want_opposite = WantOpposite(relations);
   relations = std::vector<float>();
   RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
-  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
+  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
+  if (labelled.sides.empty()) {
+    const OrientationPatches& patches = labelled.patches;
+    RILIEVO_RETURN_IF_ERROR(
+        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
+    turned = Turned(unoriented, cloud->normals);
+  }
   if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
   result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,

@@ -22,12 +22,6 @@ constexpr double kLeastAgreement = 0.05;
 // How far around a group, in its radii, another one counts.
 constexpr double kReach = 8;
 
-// Symmetric.
-double Agreement(const Dipole& a, Dipole b) {
-  b.blur = (a.blur + b.blur) / 2;
-  return a.area.dot(WindingDescent(b, a.position));
-}
-
 }  // namespace
 
 PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud)

@@ -37,10 +37,10 @@ struct SignedLabels {
 // Joins the two groups with the largest |sum of weights between them| until no links are left;
 // weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
 // spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
-// Keuper et al. 2015, Bailoni et al. 2022). Where a tenth of the weight between two groups or more
-// is against the rest, what their agreement says is added. `sides`: by
-// node, > 0 for those that are to be +1, < 0 for those that are to be -1, the more the surer, on
-// the scale of the links; or empty. A side counts as a link to one more node, whose sign is +1.
+// Keuper et al. 2015, Bailoni et al. 2022). Where a hundredth of the weight between two groups or
+// more is against the rest, what their agreement says is added. `sides`: by node, > 0 for those
+// that are to be +1, < 0 for those that are to be -1, the more the surer, on the scale of the
+// links; or empty. A side counts as a link to one more node, whose sign is +1.
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const std::vector<double>& sides,
                                               const GroupAgreement& agreement,

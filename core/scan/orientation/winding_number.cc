@@ -100,4 +100,13 @@ double WindingField::At(const Eigen::Vector3d& position) const {
   return sum * (0.25 * std::numbers::inv_pi);
 }
 
+Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  if (!members_.empty()) {
+    ForEachSeen(levels_.size() - 1, 0, position,
+                [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
+  }
+  return sum;
+}
+
 }  // namespace rilievo

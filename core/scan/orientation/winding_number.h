@@ -21,6 +21,10 @@ class WindingField {
 
   double At(const Eigen::Vector3d& position) const;
 
+  // Minus the gradient of the winding number, without its jumps across the points themselves: the
+  // rest of a surface goes on here with normals along it. Per length, unit frame.
+  Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
+
  private:
   // Points that lie together.
   struct Cell {

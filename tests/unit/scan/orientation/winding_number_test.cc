@@ -49,6 +49,36 @@ TEST(WindingNumberTest, OneHalfOnASphere) {
   for (int i = 0; i < kSpherePoints; i += 97) EXPECT_NEAR(field.At(cloud.points.col(i)), 0.5, 0.05);
 }
 
+TEST(WindingNumberTest, DescentIsTheGradientAwayFromPoints) {
+  const OrientedCloud cloud = Sphere();
+  std::vector<int> cap;
+  for (int i = 0; i < kSpherePoints; ++i) {
+    if (cloud.points(2, i) > 0.3) cap.push_back(i);
+  }
+  const WindingField field(cloud, cap);
+  constexpr double kStep = 0.03;
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(0.2, 0.1, 0.1), Eigen::Vector3d(1.2, 0, 0)}) {
+    const Eigen::Vector3d descent = field.DescentAt(at);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+      const double slope = (field.At(at + step) - field.At(at - step)) / (2 * kStep);
+      EXPECT_NEAR(descent[axis], -slope, 0.03);
+    }
+  }
+}
+
+TEST(WindingNumberTest, FallsAlongTheNormalsThatAreMissing) {
+  const OrientedCloud cloud = Sphere();
+  std::vector<int> rest;
+  for (int i = 0; i < kSpherePoints; ++i) {
+    if (cloud.points(2, i) < 0.95) rest.push_back(i);
+  }
+  // At the centre of a hole of radius r in a plane it falls by 1 / 2r.
+  const double radius = std::sqrt(1 - 0.95 * 0.95);
+  const double fall = WindingField(cloud, rest).DescentAt({0, 0, 0.975}).z();
+  EXPECT_NEAR(fall, 0.5 / radius, 0.2 / radius);
+}
+
 TEST(WindingNumberTest, FarPointsTogetherAreAsEachAlone) {
   const OrientedCloud cloud = Sphere();
   const WindingField field(cloud, All());
