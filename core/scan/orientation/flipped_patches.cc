@@ -15,6 +15,7 @@
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
 #include "core/scan/orientation/kernighan_lin.h"
+#include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/winding_number.h"
 
 namespace rilievo {
@@ -22,36 +23,21 @@ namespace {
 
 // A turned face may show the next one.
 constexpr int kMostRounds = 2;
-// What a face gains by turning at least, per area and its radius, and the least share of the votes
-// on its rim that are for it. A flat one that is right would lose about one half; those that were
-// flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
+// What a face gains by turning at least, per area and its radius. A flat one that is right would
+// lose about one half; those that were flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
 constexpr double kLeastGain = 0.15;
-constexpr double kLeastVotes = 0.1;
 // Share of the points in patches of few from which a face is not a surface: pins and leaves no
 // wider than the points are apart have 0.3, flipped faces 0.1 at most.
 constexpr double kMostInFew = 0.2;
-
-// The way that the scan faces as one: zero unless the mean of its normals is longer than a
-// hemisphere's.
-Eigen::Vector3d FrontOf(const OrientedCloud& cloud) {
-  constexpr double kLeastMean = 0.5;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double area = 0;
-  for (Eigen::Index i = 0; i < cloud.normals.cols(); ++i) {
-    const double share = ShareOfSurface(cloud.spacing[i]);
-    sum += share * cloud.normals.col(i);
-    area += share;
-  }
-  if (sum.norm() > kLeastMean * area) return sum;
-  return Eigen::Vector3d::Zero();
-}
+// Length of the mean normal from which on the scan faces one way.
+constexpr double kHemisphere = 0.5;
 
 class FaceSearch {
  public:
   FaceSearch(const OrientationPatches& patches, const std::vector<SignedLink>& agreements,
              OrientedCloud* cloud)
       : cloud_(*cloud),
-        front_(FrontOf(*cloud)),
+        front_(MeanNormal(*cloud)),
         members_(static_cast<size_t>(patches.count)),
         links_(members_.size()),
         sign_(members_.size(), 1) {
@@ -300,7 +286,7 @@ class FaceSearch {
       }
       for (const int f : set) gain -= agreements.col(f).dot(others);
       if (gain * std::sqrt(size / std::numbers::pi) < kLeastGain * size) continue;
-      if (front_.dot(area) > 0) continue;
+      if (front_.norm() > kHemisphere && front_.dot(area) > 0) continue;
       if (VotesForTurning(patches) < kLeastVotes || ShareInFew(patches) > kMostInFew) continue;
       turned.insert(turned.end(), patches.begin(), patches.end());
     }
@@ -344,7 +330,7 @@ class FaceSearch {
   }
 
   OrientedCloud& cloud_;
-  const Eigen::Vector3d front_;
+  const Eigen::Vector3d front_;            // mean of all normals as they were given
   std::vector<std::vector<int>> members_;  // of each patch
   std::vector<std::vector<Link>> links_;   // of each patch
   std::vector<int> sign_;                  // of each patch: -1 when turned

@@ -16,6 +16,7 @@
 #include "core/scan/orientation/flipped_patches.h"
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
+#include "core/scan/orientation/seen_from_above.h"
 #include "core/scan/orientation/signed_graph.h"
 #include "core/scan/orientation/winding_number.h"
 
@@ -131,10 +132,6 @@ struct LabelledPatches {
   std::vector<double> sides;  // by patch, of its first point's sign; or empty
   SignedLabels labels;
 };
-
-// What a given normal weighs against a station: it may be wrong, and half as much is outvoted by
-// the neighbours of a single point.
-constexpr float kNormalWeight = 0.5F;
 
 // A station weighs as much as all neighbours of its point together.
 std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& votes, int k) {
@@ -277,6 +274,17 @@ absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
   return OrientGroups(MembersOf(component, labels.components), labels.sided, cloud, context);
 }
 
+// What the labels could not tell, and the scan as a whole can. `unoriented`: signs of the normals
+// that the labels are for.
+absl::Status CorrectByAll(const LabelledPatches& labelled, const std::vector<uint8_t>& unoriented,
+                          int k, OrientedCloud* cloud, const RunContext& context) {
+  const auto agreements = [&] {
+    return Agreements(labelled.patches, labelled.links, Turned(unoriented, cloud->normals));
+  };
+  RILIEVO_RETURN_IF_ERROR(TurnToSky(labelled.patches, agreements(), k, cloud, context));
+  return FlipInvertedPatches(labelled.patches, agreements(), cloud, context);
+}
+
 }  // namespace
 
 absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, PointSights sights,
@@ -291,13 +299,10 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
   const std::vector<uint8_t> want_opposite = WantOpposite(relations);
   relations = std::vector<float>();
   RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
-  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (labelled.sides.empty()) {
-    const OrientationPatches& patches = labelled.patches;
-    RILIEVO_RETURN_IF_ERROR(
-        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
-    turned = Turned(unoriented, cloud->normals);
+    RILIEVO_RETURN_IF_ERROR(CorrectByAll(labelled, unoriented, graph.k, cloud, context));
   }
+  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
   result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,

@@ -18,6 +18,9 @@ struct OrientationPatches {
   int count = 0;
 };
 
+// What is turned after all has this share of the votes on its rim for it at least.
+inline constexpr double kLeastVotes = 0.1;
+
 // Joined along the spanning forest of ascending 1 - |relation| (Hoppe et al. 1992, with a better
 // weight) as long as patches stay small, so that one wrong edge spoils little. `relations`: see
 // EdgeSignVotes.

@@ -8,6 +8,17 @@
 
 namespace rilievo {
 
+Eigen::Vector3d MeanNormal(const OrientedCloud& cloud) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double area = 0;
+  for (Eigen::Index i = 0; i < cloud.normals.cols(); ++i) {
+    const double share = ShareOfSurface(cloud.spacing[i]);
+    sum += share * cloud.normals.col(i);
+    area += share;
+  }
+  return area > 0 ? Eigen::Vector3d(sum / area) : sum;
+}
+
 double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
                    std::span<const int> members) {
   const size_t samples = std::min<size_t>(kSampledPoints, members.size());

@@ -1,12 +1,17 @@
 // Which of the two orientations of a consistently oriented patch of points is the outward one.
 #pragma once
 
+#include <Eigen/Core>
 #include <span>
 
 #include "core/points/oriented_cloud.h"
 #include "core/scan/orientation/winding_number.h"
 
 namespace rilievo {
+
+// The mean of all normals by area: of length 1 where the surface faces one way, 1/2 of a
+// hemisphere's, 0 where it is closed.
+Eigen::Vector3d MeanNormal(const OrientedCloud& cloud);
 
 // The mean winding number at points of a surface, each standing for its share of it: a sample of
 // `members`, evenly along the list.

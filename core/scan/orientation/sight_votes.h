@@ -33,6 +33,10 @@ struct SightFigures {
 // where to the other one; 0 where nothing is known or the point was seen along its surface.
 using SideVotes = std::vector<float>;
 
+// What a given normal weighs against a station: it may be wrong, and half as much is outvoted by
+// the neighbours of a single point.
+inline constexpr float kNormalWeight = 0.5F;
+
 // The cosine between the normal and the way to the station. No votes without stations.
 SideVotes StationVotes(const PointSights& sights, const OrientedCloud& cloud,
                        SightFigures* figures);

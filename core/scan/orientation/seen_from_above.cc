@@ -1,0 +1,118 @@
+#include "core/scan/orientation/seen_from_above.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+
+#include "core/base/parallel_sort.h"
+#include "core/base/status_macros.h"
+#include "core/scan/orientation/outward_sign.h"
+#include "core/scan/orientation/sight_votes.h"
+#include "core/scan/orientation/signed_union_find.h"
+
+namespace rilievo {
+namespace {
+
+// By point: whether another one lies above it, within the same cell of a grid across z, and off
+// its own plane.
+absl::StatusOr<std::vector<uint8_t>> FindCovered(const OrientedCloud& cloud,
+                                                 const RunContext& context) {
+  constexpr double kCellSpacings = 1.4;  // about two points
+  constexpr double kLeastCell = 1e-6;
+  constexpr double kSpacingsOff = 0.5, kNoisesOff = 2;
+  const double cell = std::max(kCellSpacings * cloud.median_spacing, kLeastCell);
+  struct Place {
+    int column, row, point;
+    auto operator<=>(const Place&) const = default;
+    bool IsBeside(const Place& other) const { return column == other.column && row == other.row; }
+  };
+  std::vector<Place> places;
+  places.reserve(cloud.spacing.size());
+  for (Eigen::Index i = 0; i < cloud.points.cols(); ++i) {
+    places.push_back({static_cast<int>(std::floor(cloud.points(0, i) / cell)),
+                      static_cast<int>(std::floor(cloud.points(1, i) / cell)),
+                      static_cast<int>(i)});
+  }
+  RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &places));
+  std::vector<uint8_t> covered(places.size(), 0);
+  for (auto begin = places.begin(), end = begin; begin != places.end(); begin = end) {
+    int top = begin->point;
+    for (; end != places.end() && end->IsBeside(*begin); ++end) {
+      if (cloud.points(2, end->point) > cloud.points(2, top)) top = end->point;
+    }
+    for (auto place = begin; place != end; ++place) {
+      const int i = place->point;
+      const Eigen::Vector3d way = cloud.points.col(top) - cloud.points.col(i);
+      const double margin =
+          std::max<double>(kSpacingsOff * cloud.spacing[i], kNoisesOff * cloud.noise[i]);
+      covered[i] = way.z() > margin && std::abs(way.dot(cloud.normals.col(i))) > margin;
+    }
+  }
+  return covered;
+}
+
+// By patch: for the normals as they are where > 0, against them where < 0.
+std::vector<double> SkyVotes(const OrientationPatches& patches, const OrientedCloud& cloud,
+                             const std::vector<uint8_t>& covered) {
+  constexpr double kMostCovered = 0.1;
+  // What stands steeper may lean either way.
+  constexpr double kLeastCosine = 0.4;
+  std::vector<double> votes(static_cast<size_t>(patches.count), 0.0);
+  std::vector<int> size(votes.size(), 0), behind(votes.size(), 0);
+  for (size_t i = 0; i < covered.size(); ++i) {
+    const int patch = patches.patch[i];
+    const double cosine = cloud.normals(2, static_cast<Eigen::Index>(i));
+    ++size[patch];
+    behind[patch] += covered[i];
+    if (std::abs(cosine) > kLeastCosine) votes[patch] += cosine;
+  }
+  for (size_t patch = 0; patch < votes.size(); ++patch) {
+    if (behind[patch] > kMostCovered * size[patch]) votes[patch] = 0;
+  }
+  return votes;
+}
+
+// Of the patches with 1 those sets keep it that hang on others by no link, or by links of which a
+// good part, by weight, would have them turned.
+void KeepContested(const std::vector<SignedLink>& agreements, std::vector<uint8_t>* turned) {
+  SignedUnionFind sets(static_cast<int>(turned->size()));
+  for (const SignedLink& link : agreements) {
+    if ((*turned)[link.a] != 0 && (*turned)[link.b] != 0) sets.Join(link.a, link.b, 0);
+  }
+  std::vector<double> against(turned->size(), 0.0), total(turned->size(), 0.0);
+  for (const SignedLink& link : agreements) {
+    if ((*turned)[link.a] == (*turned)[link.b]) continue;
+    const int set = sets.Find((*turned)[link.a] != 0 ? link.a : link.b);
+    against[set] += std::max(0.0, -link.weight);
+    total[set] += std::abs(link.weight);
+  }
+  for (size_t patch = 0; patch < turned->size(); ++patch) {
+    const int set = sets.Find(static_cast<int>(patch));
+    if (against[set] < kLeastVotes * total[set]) (*turned)[patch] = 0;
+  }
+}
+
+}  // namespace
+
+absl::Status TurnToSky(const OrientationPatches& patches, const std::vector<SignedLink>& agreements,
+                       int k, OrientedCloud* cloud, const RunContext& context) {
+  constexpr double kLeastUp = 0.75;
+  if (MeanNormal(*cloud).z() < kLeastUp) return absl::OkStatus();
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> covered, FindCovered(*cloud, context));
+  std::vector<double> votes = SkyVotes(patches, *cloud, covered);
+  for (double& vote : votes) vote *= double{kNormalWeight} * k;
+  RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
+                           LabelSignedGraph(patches.count, agreements, votes, context));
+  std::vector<uint8_t> turned(votes.size());
+  for (size_t patch = 0; patch < turned.size(); ++patch) {
+    turned[patch] = labels.component[patch] == labels.sided && labels.sign[patch] < 0;
+  }
+  KeepContested(agreements, &turned);
+  for (size_t i = 0; i < patches.patch.size(); ++i) {
+    if (turned[patches.patch[i]] != 0) cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo
