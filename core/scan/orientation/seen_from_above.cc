@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 
+#include "core/base/parallel_for.h"
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/outward_sign.h"
@@ -14,10 +15,14 @@
 namespace rilievo {
 namespace {
 
-// By point: whether another one lies above it, within the same cell of a grid across z, and off
-// its own plane.
-absl::StatusOr<std::vector<uint8_t>> FindCovered(const OrientedCloud& cloud,
-                                                 const RunContext& context) {
+// By point, as 0 or 1.
+struct Layers {
+  std::vector<uint8_t> covered;  // another one lies above it
+  std::vector<uint8_t> covers;   // another one lies below it
+};
+
+// Above and below: within the same cell of a grid across z, and off the point's own plane.
+absl::StatusOr<Layers> FindLayers(const OrientedCloud& cloud, const RunContext& context) {
   constexpr double kCellSpacings = 1.4;  // about two points
   constexpr double kLeastCell = 1e-6;
   constexpr double kSpacingsOff = 0.5, kNoisesOff = 2;
@@ -35,46 +40,59 @@ absl::StatusOr<std::vector<uint8_t>> FindCovered(const OrientedCloud& cloud,
                       static_cast<int>(i)});
   }
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &places));
-  std::vector<uint8_t> covered(places.size(), 0);
+  const auto height = [&](const Place& place) { return cloud.points(2, place.point); };
+  const auto is_off = [&](int i, int other, double side) {
+    const Eigen::Vector3d way = cloud.points.col(other) - cloud.points.col(i);
+    const double margin =
+        std::max<double>(kSpacingsOff * cloud.spacing[i], kNoisesOff * cloud.noise[i]);
+    return side * way.z() > margin && std::abs(way.dot(cloud.normals.col(i))) > margin;
+  };
+  Layers layers{std::vector<uint8_t>(places.size(), 0), std::vector<uint8_t>(places.size(), 0)};
   for (auto begin = places.begin(), end = begin; begin != places.end(); begin = end) {
-    int top = begin->point;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    auto top = begin, bottom = begin;
     for (; end != places.end() && end->IsBeside(*begin); ++end) {
-      if (cloud.points(2, end->point) > cloud.points(2, top)) top = end->point;
+      if (height(*end) > height(*top)) top = end;
+      if (height(*end) < height(*bottom)) bottom = end;
     }
     for (auto place = begin; place != end; ++place) {
-      const int i = place->point;
-      const Eigen::Vector3d way = cloud.points.col(top) - cloud.points.col(i);
-      const double margin =
-          std::max<double>(kSpacingsOff * cloud.spacing[i], kNoisesOff * cloud.noise[i]);
-      covered[i] = way.z() > margin && std::abs(way.dot(cloud.normals.col(i))) > margin;
+      layers.covered[place->point] = is_off(place->point, top->point, 1);
+      layers.covers[place->point] = is_off(place->point, bottom->point, -1);
     }
   }
-  return covered;
+  return layers;
 }
 
 // By patch: for the normals as they are where > 0, against them where < 0.
-std::vector<double> SkyVotes(const OrientationPatches& patches, const OrientedCloud& cloud,
-                             const std::vector<uint8_t>& covered) {
+absl::StatusOr<std::vector<double>> SkyVotes(const OrientationPatches& patches,
+                                             const OrientedCloud& cloud, const Layers& layers,
+                                             const RunContext& context) {
   constexpr double kMostCovered = 0.1;
+  // What hides little of what is below it was not seen from above alone.
+  constexpr double kMostCovering = 0.5;
   // What stands steeper may lean either way.
   constexpr double kLeastCosine = 0.4;
   std::vector<double> votes(static_cast<size_t>(patches.count), 0.0);
-  std::vector<int> size(votes.size(), 0), behind(votes.size(), 0);
-  for (size_t i = 0; i < covered.size(); ++i) {
+  std::vector<int> size(votes.size(), 0), covered(votes.size(), 0), covers(votes.size(), 0);
+  for (size_t i = 0; i < patches.patch.size(); ++i) {
+    if (i % kLightBlock == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const int patch = patches.patch[i];
     const double cosine = cloud.normals(2, static_cast<Eigen::Index>(i));
     ++size[patch];
-    behind[patch] += covered[i];
+    covered[patch] += layers.covered[i];
+    covers[patch] += layers.covers[i];
     if (std::abs(cosine) > kLeastCosine) votes[patch] += cosine;
   }
   for (size_t patch = 0; patch < votes.size(); ++patch) {
-    if (behind[patch] > kMostCovered * size[patch]) votes[patch] = 0;
+    const bool is_open = covered[patch] <= kMostCovered * size[patch] &&
+                         covers[patch] <= kMostCovering * size[patch];
+    if (!is_open) votes[patch] = 0;
   }
   return votes;
 }
 
-// Of the patches with 1 those sets keep it that hang on others by no link, or by links of which a
-// good part, by weight, would have them turned.
+// Of the patches with 1 those sets keep it that hang on others by links of which a good part, by
+// weight, would have them turned.
 void KeepContested(const std::vector<SignedLink>& agreements, std::vector<uint8_t>* turned) {
   SignedUnionFind sets(static_cast<int>(turned->size()));
   for (const SignedLink& link : agreements) {
@@ -89,7 +107,8 @@ void KeepContested(const std::vector<SignedLink>& agreements, std::vector<uint8_
   }
   for (size_t patch = 0; patch < turned->size(); ++patch) {
     const int set = sets.Find(static_cast<int>(patch));
-    if (against[set] < kLeastVotes * total[set]) (*turned)[patch] = 0;
+    const bool is_contested = total[set] > 0 && against[set] >= kLeastVotes * total[set];
+    if (!is_contested) (*turned)[patch] = 0;
   }
 }
 
@@ -99,8 +118,8 @@ absl::Status TurnToSky(const OrientationPatches& patches, const std::vector<Sign
                        int k, OrientedCloud* cloud, const RunContext& context) {
   constexpr double kLeastUp = 0.75;
   if (MeanNormal(*cloud).z() < kLeastUp) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> covered, FindCovered(*cloud, context));
-  std::vector<double> votes = SkyVotes(patches, *cloud, covered);
+  RILIEVO_ASSIGN_OR_RETURN(const Layers layers, FindLayers(*cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> votes, SkyVotes(patches, *cloud, layers, context));
   for (double& vote : votes) vote *= double{kNormalWeight} * k;
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, agreements, votes, context));
