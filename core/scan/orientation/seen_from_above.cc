@@ -15,14 +15,10 @@
 namespace rilievo {
 namespace {
 
-// By point, as 0 or 1.
-struct Layers {
-  std::vector<uint8_t> covered;  // another one lies above it
-  std::vector<uint8_t> covers;   // another one lies below it
-};
-
-// Above and below: within the same cell of a grid across z, and off the point's own plane.
-absl::StatusOr<Layers> FindLayers(const OrientedCloud& cloud, const RunContext& context) {
+// By point: 1 where another one lies above or below it, within the same cell of a grid across z,
+// and off its own plane.
+absl::StatusOr<std::vector<uint8_t>> FindLayered(const OrientedCloud& cloud,
+                                                 const RunContext& context) {
   constexpr double kCellSpacings = 1.4;  // about two points
   constexpr double kLeastCell = 1e-6;
   constexpr double kSpacingsOff = 0.5, kNoisesOff = 2;
@@ -47,7 +43,7 @@ absl::StatusOr<Layers> FindLayers(const OrientedCloud& cloud, const RunContext& 
         std::max<double>(kSpacingsOff * cloud.spacing[i], kNoisesOff * cloud.noise[i]);
     return side * way.z() > margin && std::abs(way.dot(cloud.normals.col(i))) > margin;
   };
-  Layers layers{std::vector<uint8_t>(places.size(), 0), std::vector<uint8_t>(places.size(), 0)};
+  std::vector<uint8_t> layered(places.size(), 0);
   for (auto begin = places.begin(), end = begin; begin != places.end(); begin = end) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     auto top = begin, bottom = begin;
@@ -56,37 +52,33 @@ absl::StatusOr<Layers> FindLayers(const OrientedCloud& cloud, const RunContext& 
       if (height(*end) < height(*bottom)) bottom = end;
     }
     for (auto place = begin; place != end; ++place) {
-      layers.covered[place->point] = is_off(place->point, top->point, 1);
-      layers.covers[place->point] = is_off(place->point, bottom->point, -1);
+      const int i = place->point;
+      layered[i] = is_off(i, top->point, 1) || is_off(i, bottom->point, -1);
     }
   }
-  return layers;
+  return layered;
 }
 
 // By patch: for the normals as they are where > 0, against them where < 0.
 absl::StatusOr<std::vector<double>> SkyVotes(const OrientationPatches& patches,
-                                             const OrientedCloud& cloud, const Layers& layers,
+                                             const OrientedCloud& cloud,
+                                             const std::vector<uint8_t>& layered,
                                              const RunContext& context) {
-  constexpr double kMostCovered = 0.1;
-  // What hides little of what is below it was not seen from above alone.
-  constexpr double kMostCovering = 0.5;
+  constexpr double kMostLayered = 0.1;
   // What stands steeper may lean either way.
   constexpr double kLeastCosine = 0.4;
   std::vector<double> votes(static_cast<size_t>(patches.count), 0.0);
-  std::vector<int> size(votes.size(), 0), covered(votes.size(), 0), covers(votes.size(), 0);
-  for (size_t i = 0; i < patches.patch.size(); ++i) {
+  std::vector<int> size(votes.size(), 0), within(votes.size(), 0);
+  for (size_t i = 0; i < layered.size(); ++i) {
     if (i % kLightBlock == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const int patch = patches.patch[i];
     const double cosine = cloud.normals(2, static_cast<Eigen::Index>(i));
     ++size[patch];
-    covered[patch] += layers.covered[i];
-    covers[patch] += layers.covers[i];
+    within[patch] += layered[i];
     if (std::abs(cosine) > kLeastCosine) votes[patch] += cosine;
   }
   for (size_t patch = 0; patch < votes.size(); ++patch) {
-    const bool is_open = covered[patch] <= kMostCovered * size[patch] &&
-                         covers[patch] <= kMostCovering * size[patch];
-    if (!is_open) votes[patch] = 0;
+    if (within[patch] > kMostLayered * size[patch]) votes[patch] = 0;
   }
   return votes;
 }
@@ -118,8 +110,8 @@ absl::Status TurnToSky(const OrientationPatches& patches, const std::vector<Sign
                        int k, OrientedCloud* cloud, const RunContext& context) {
   constexpr double kLeastUp = 0.75;
   if (MeanNormal(*cloud).z() < kLeastUp) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const Layers layers, FindLayers(*cloud, context));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> votes, SkyVotes(patches, *cloud, layers, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> layered, FindLayered(*cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> votes, SkyVotes(patches, *cloud, layered, context));
   for (double& vote : votes) vote *= double{kNormalWeight} * k;
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, agreements, votes, context));

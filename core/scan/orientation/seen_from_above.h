@@ -12,14 +12,14 @@
 namespace rilievo {
 
 // Where the mean of all normals by area, whose length is 1 for a plane and 1/2 for a hemisphere,
-// points up by more than 3/4, the scan was seen from above, as from the air. What has none of its
-// points over it was then seen from there too, and faces up: roofs whose convex side is below, or
-// that hang over other layers. The underside of what stands above the ground has its upper side
-// over it, and is not asked. Patches that are open to the sky vote like given normals. Sets of
-// patches that would turn do so where they hang on others by no link, or by links of which
-// kLeastVotes, by weight, would have them turned.
-// `agreements`: links between patches, > 0 where the present normals agree with them. `k`:
-// neighbours of a point.
+// points up by more than 3/4, the scan was seen from above, as from the air. What hides all that is
+// below it, and has nothing above it, was then seen from there too, and faces up: roofs whose
+// convex side is below, or that hang over other layers. Patches of which a tenth of the points has
+// others above or below are not asked: an underside has its upper side above it or, where it was
+// seen from below, what was seen there too. The others vote like given normals. Sets of patches
+// that would turn do so where kLeastVotes of the links to others, by weight, would have them
+// turned; what nothing links stays. `agreements`: links between patches, > 0 where the present
+// normals agree with them. `k`: neighbours of a point.
 absl::Status TurnToSky(const OrientationPatches& patches, const std::vector<SignedLink>& agreements,
                        int k, OrientedCloud* cloud, const RunContext& context);
 
