@@ -83,14 +83,18 @@ absl::StatusOr<std::vector<double>> SkyVotes(const OrientationPatches& patches,
   return votes;
 }
 
-// Of the patches with 1 those sets keep it that hang on others by links of which a good part, by
-// weight, would have them turned.
-void KeepContested(const std::vector<SignedLink>& agreements, std::vector<uint8_t>* turned) {
+// Of the patches with 1 those sets keep it that votes are against as they are, and that hang on
+// others by links of which a good part, by weight, would have them turned.
+void KeepContested(const std::vector<SignedLink>& agreements, const std::vector<double>& votes,
+                   std::vector<uint8_t>* turned) {
   SignedUnionFind sets(static_cast<int>(turned->size()));
   for (const SignedLink& link : agreements) {
     if ((*turned)[link.a] != 0 && (*turned)[link.b] != 0) sets.Join(link.a, link.b, 0);
   }
-  std::vector<double> against(turned->size(), 0.0), total(turned->size(), 0.0);
+  std::vector<double> wanted(turned->size(), 0.0), against(wanted), total(wanted);
+  for (size_t patch = 0; patch < votes.size(); ++patch) {
+    wanted[sets.Find(static_cast<int>(patch))] -= votes[patch];
+  }
   for (const SignedLink& link : agreements) {
     if ((*turned)[link.a] == (*turned)[link.b]) continue;
     const int set = sets.Find((*turned)[link.a] != 0 ? link.a : link.b);
@@ -100,7 +104,7 @@ void KeepContested(const std::vector<SignedLink>& agreements, std::vector<uint8_
   for (size_t patch = 0; patch < turned->size(); ++patch) {
     const int set = sets.Find(static_cast<int>(patch));
     const bool is_contested = total[set] > 0 && against[set] >= kLeastVotes * total[set];
-    if (!is_contested) (*turned)[patch] = 0;
+    if (wanted[set] <= 0 || !is_contested) (*turned)[patch] = 0;
   }
 }
 
@@ -119,7 +123,7 @@ absl::Status TurnToSky(const OrientationPatches& patches, const std::vector<Sign
   for (size_t patch = 0; patch < turned.size(); ++patch) {
     turned[patch] = labels.component[patch] == labels.sided && labels.sign[patch] < 0;
   }
-  KeepContested(agreements, &turned);
+  KeepContested(agreements, votes, &turned);
   for (size_t i = 0; i < patches.patch.size(); ++i) {
     if (turned[patches.patch[i]] != 0) cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
   }
