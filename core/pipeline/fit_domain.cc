@@ -80,7 +80,8 @@ FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64
 // Whether the smooth surface of `domain` comes to all of `mesh`, that it lies on: where it ends
 // inside of the border of a flat part no point of its own tells.
 absl::StatusOr<bool> ReachesAll(const Domain& domain, const Shape& mesh, double wanted_rms,
-                                const RunContext& context) {
+                                const PipelineContext& context) {
+  const StageScope scope(Stage::kDomainFit, context, 1);
   const ControlMesh& control = domain.fit.control_mesh;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineToVertices(control, kLevelOfReach, context));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -67,6 +68,14 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   if (options.control.fills_holes()) {
     RILIEVO_RETURN_IF_ERROR(
         ContinueCurvature(refinement, rings, limit, options.displacement, context, &field));
+  }
+  if (sampled.domain.is_given) {
+    // The smooth surface is the mesh, but for the rounding of its vertices. A height beyond that
+    // comes of a needle, whose normal says nothing.
+    const double most = std::numbers::sqrt3 / 2 * sampled.domain.position_step;
+    for (float& height : field.heights) {
+      if (std::abs(height) > most) height = 0;
+    }
   }
   // The border of the smooth surface is exact, and heights would leave it along its normals.
   for (size_t v = 0; scan.borders.any() && v < field.heights.size(); ++v) {

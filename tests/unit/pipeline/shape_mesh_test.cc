@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/codec/container/dss.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/domain_of_mesh.h"
+#include "core/pipeline/sample_heights.h"
 #include "core/pipeline/shape_input.h"
 #include "core/surface/displaced_surface.h"
 #include "tests/unit/geometry/test_meshes.h"
@@ -114,6 +117,27 @@ TEST(ShapeMeshTest, SharpEdgesStaySharp) {
   EXPECT_LT(error.max, 2e-3);
   EXPECT_LT(made->surface.control_mesh.faces.cols(), 100) << "flat sides need no more";
   EXPECT_LT(made->report.encoded_bytes, 500);
+}
+
+// Where the control mesh is the mesh, heights mend the rounding of its vertices and nothing else.
+TEST(ShapeMeshTest, HeightsOverTheMeshItselfAreRounding) {
+  for (const auto& [growth, expect_heights] : {std::pair(1.0001, true), {1.02, false}}) {
+    ShapedInput input = ShapeMesh(MeshInput(testing::Box({0, 0, 0}, {3, 2, 1})), nullptr, Coarse(),
+                                  PipelineContext{})
+                            .value();
+    input.scan.cloud.points *= growth;
+    Domain domain;
+    domain.fit.control_mesh = ControlMeshOfFewTriangles(input.given_mesh, 1000).value();
+    domain.is_given = true;
+    domain.position_step = kPositionStep;
+    const auto sampled = SampleHeights(input.scan, Topology::kMesh, std::move(domain),
+                                       input.options, PipelineContext{});
+    ASSERT_TRUE(sampled.ok()) << sampled.status();
+    const std::vector<float>& heights = sampled->surface.heights;
+    const float most = *std::max_element(heights.begin(), heights.end());
+    EXPECT_LT(most, kPositionStep);
+    EXPECT_EQ(most > 0, expect_heights);
+  }
 }
 
 // A flat star: no point of its plane tells where its border runs.
