@@ -1,6 +1,7 @@
 #include "core/control/arbitrary_control_mesh.h"
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -23,6 +24,8 @@ namespace {
 constexpr double kSmallHandle = 4 * 1.15 * std::numbers::pi;
 
 constexpr double kHandleSearchShare = 1.5;
+
+constexpr int kNoLimitOfFaces = std::numeric_limits<int>::max();
 
 // A zero set and the finest cell of its function, unit frame.
 struct ZeroSet {
@@ -81,7 +84,7 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, Neighbor
                            RemoveHandles(std::move(trimmed), searches, &support, context));
   RILIEVO_ASSIGN_OR_RETURN(
       ControlMesh control,
-      ShapeControlMesh(std::move(clean.mesh), cloud, index, creases, target_faces,
+      ShapeControlMesh(std::move(clean.mesh), cloud, index, creases, target_faces, kNoLimitOfFaces,
                        SimplifyOptions().boundary_weight, context));
   return ArbitraryMesh{std::move(control), std::move(cloud)};
 }

@@ -27,7 +27,7 @@ constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6
 
 absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
                                              const PointIndex& index, CreaseRule creases,
-                                             int target_faces, double border_weight,
+                                             int target_faces, int most_faces, double border_weight,
                                              const RunContext& context) {
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4),
                                  .boundary_weight = border_weight};
@@ -43,7 +43,7 @@ absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCl
   }
   const auto simplified = [&](const UncoveredPoints& lost) -> absl::StatusOr<ControlMesh> {
     RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
-                             AdaptiveSimplify(lost, fine, simplify, context, planes));
+                             AdaptiveSimplify(lost, fine, simplify, most_faces, context, planes));
     ImproveShape(&mesh);
     if (find_creases && !IsLeftOut(Mechanism::kCreases)) {
       RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &mesh));

@@ -15,12 +15,12 @@ inline constexpr int kFinerThanControl = 8;
 
 // `shape`, an oriented manifold near the points, simplified to about `target_faces`: its bends
 // sharpened by the planes of the points beside them, faces shorter where points would be left
-// uncovered, creases tagged unless `creases` says no or `shape` has them already. Topology and
+// uncovered, which makes them `most_faces` at most, creases tagged unless `creases` says no or `shape` has them already. Topology and
 // borders stay. `border_weight`: see SimplifyOptions::boundary_weight. `index` holds the points of
 // `cloud`; unit frame.
 absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
                                              const PointIndex& index, CreaseRule creases,
-                                             int target_faces, double border_weight,
+                                             int target_faces, int most_faces, double border_weight,
                                              const RunContext& context);
 
 }  // namespace rilievo

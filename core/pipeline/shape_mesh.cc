@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -7,6 +8,7 @@
 
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
+#include "core/control/build_control_mesh.h"
 #include "core/control/creases/line_corners.h"
 #include "core/control/creases/sharp_edges.h"
 #include "core/control/shape_control_mesh.h"
@@ -58,6 +60,17 @@ constexpr double kBorderWeight = 20;
 // Of arcs between points where no error is asked for: what conversions are to keep.
 constexpr double kMostSagitta = 1e-4;
 
+// To so many control faces that memory is reserved for there is one more at most. A mesh that is
+// rough all over has points out of reach of control faces everywhere: there heights do with fewer
+// bytes what finer faces would do.
+constexpr int kMostFinerFaces = 8;
+
+int MostControlFaces(int wanted, const ReconstructOptions& options) {
+  const int reserved =
+      options.max_level ? wanted : std::max(wanted, DefaultControlFaces(kMostPointsOnMesh));
+  return reserved + reserved / kMostFinerFaces;
+}
+
 // The ends of its creases, two columns each.
 Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
   Eigen::Matrix3Xd ends(3, static_cast<Eigen::Index>(2 * mesh.creases.size()));
@@ -90,9 +103,11 @@ absl::StatusOr<KnownBorders> BordersOf(double spacing, ControlMesh* mesh) {
 
 // What is known of its sharp lines goes into the cloud of the scan.
 absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* scan,
-                                                const ControlOptions& options,
+                                                const ReconstructOptions& all_options,
                                                 const RunContext& context) {
+  const ControlOptions& options = all_options.control;
   const int target_faces = ControlFacesFor(options, scan->cloud);
+  const int most_faces = MostControlFaces(target_faces, all_options);
   const double area = std::numbers::pi / 4 * scan->cloud.median_spacing *
                       scan->cloud.median_spacing * static_cast<double>(scan->cloud.points.cols());
   const double share = area / (kFinerThanControl * target_faces);
@@ -114,7 +129,7 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
   control.reason = "a mesh was given";
   RILIEVO_ASSIGN_OR_RETURN(
       control.mesh, ShapeControlMesh(std::move(shape), scan->cloud, scan->index, options.creases,
-                                     target_faces, kBorderWeight, context));
+                                     target_faces, most_faces, kBorderWeight, context));
   if (options.bridge_gaps_below > 0) {
     RILIEVO_ASSIGN_OR_RETURN(
         control.mesh, BridgeGaps(std::move(control.mesh), options.bridge_gaps_below, context));
@@ -161,7 +176,7 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
   Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
-                           ControlOfMesh(std::move(checked), &scan, fractions.control, context));
+                           ControlOfMesh(std::move(checked), &scan, fractions, context));
   return ShapedInput{std::move(scan), std::move(control),   std::move(fractions), std::move(hash),
                      figures,         std::move(given_mesh)};
 }

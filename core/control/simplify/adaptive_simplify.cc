@@ -1,5 +1,6 @@
 #include "core/control/simplify/adaptive_simplify.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -43,12 +44,13 @@ absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector
 }  // namespace
 
 absl::StatusOr<ControlMesh> AdaptiveSimplify(const UncoveredPoints& lost, const ControlMesh& fine,
-                                             const SimplifyOptions& options,
+                                             const SimplifyOptions& options, int most_faces,
                                              const RunContext& context, FacePlanes planes) {
   SimplifyOptions with_more = options;
   if (!lost.points.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(planes.weights, WeightsAround(lost.points, fine, context));
-    with_more.target_faces += kMoreFaces * lost.faces;
+    const int with_all = options.target_faces + kMoreFaces * lost.faces;
+    with_more.target_faces = std::max(options.target_faces, std::min(with_all, most_faces));
   }
   return SimplifyMesh(fine, with_more, context, &planes);
 }
