@@ -131,7 +131,9 @@ class StoredCoding {
   absl::StatusOr<PartsError> MeasureBytes(std::span<const uint8_t> bytes) const {
     if (block_.in_groups) {
       RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
-      return Measure(PartsOf(file));
+      RILIEVO_ASSIGN_OR_RETURN(const PartDecoder decoder,
+                               PartDecoder::Open(file, cutter_, context_));
+      return Measure(PartsOf(decoder));
     }
     RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
     SurfacePart whole;
@@ -149,7 +151,8 @@ class StoredCoding {
                                              SharedParts* shared) const {
     const StageScope scope(Stage::kMeasure, context_);
     RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
-    const SurfaceParts parts = PartsOf(file);
+    RILIEVO_ASSIGN_OR_RETURN(const PartDecoder decoder, PartDecoder::Open(file, cutter_, context_));
+    const SurfaceParts parts = PartsOf(decoder);
     std::vector<MeasuredPart> measured(static_cast<size_t>(parts.count));
     PartsOfStep step{.step = PartStep::kMeasured, .count = parts.count};
     step.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
@@ -176,9 +179,9 @@ class StoredCoding {
   }
 
  private:
-  SurfaceParts PartsOf(const OpenedDss& file) const {
-    return Parts([this, &file](std::span<const int> faces, const RunContext& context) {
-      return DecodePart(file, cutter_, faces, context);
+  SurfaceParts PartsOf(const PartDecoder& decoder) const {
+    return Parts([&decoder](std::span<const int> faces, const RunContext& context) {
+      return decoder.Decode(faces, context);
     });
   }
 

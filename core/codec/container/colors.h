@@ -40,7 +40,7 @@ absl::StatusOr<std::vector<Rgb>> DecodeColors(const OpenedDss& file,
                                               const LoopRefinement& refinement,
                                               const RunContext& context);
 
-// The same for a part of a surface with groups, see DecodePartOfHeights(). The colours of all its
+// The same for a part of a surface with groups, see PartHeights. The colours of all its
 // levels are there.
 absl::StatusOr<std::vector<Rgb>> DecodePartOfColors(const OpenedDss& file,
                                                     const LoopRefinement& shared,

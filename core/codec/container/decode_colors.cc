@@ -74,10 +74,13 @@ absl::StatusOr<std::vector<Rgb>> DecodePartOfColors(const OpenedDss& file,
                                                     const std::vector<int>& part,
                                                     const LoopRefinement& refinement,
                                                     const RunContext& context) {
-  return Decoded(file, file.layers.size(), [&](const Payloads& payloads) {
-    return DecodePartOfHeights(payloads, shared, file.groups, part, refinement, false, std::nullopt,
-                               context);
-  });
+  const auto decode = [&](const Payloads& payloads) -> absl::StatusOr<DecodedHeights> {
+    RILIEVO_ASSIGN_OR_RETURN(
+        const PartHeights channel,
+        PartHeights::Open(payloads, shared, file.groups, false, std::nullopt, context));
+    return channel.Decode(part, refinement, context);
+  };
+  return Decoded(file, file.layers.size(), decode);
 }
 
 }  // namespace rilievo

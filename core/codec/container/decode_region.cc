@@ -107,33 +107,39 @@ void Renumber(const std::vector<int>& whole_vertex, DecodedRegion& decoded) {
 
 }  // namespace
 
-absl::StatusOr<SurfacePart> DecodePart(const OpenedDss& file, const PartCutter& cutter,
-                                       std::span<const int> control_faces,
-                                       const RunContext& context) {
+absl::StatusOr<PartDecoder> PartDecoder::Open(const OpenedDss& file, const PartCutter& cutter,
+                                              const RunContext& context) {
+  auto shared = std::make_unique<LoopRefinement>();
+  shared->levels.push_back(file.topology);
+  RILIEVO_ASSIGN_OR_RETURN(
+      PartHeights heights,
+      PartHeights::Open(file.Payloads(), *shared, file.groups, file.header.has_filled,
+                        file.SmoothedPayload(), context));
+  return PartDecoder(file, cutter, std::move(shared), std::move(heights));
+}
+
+absl::StatusOr<SurfacePart> PartDecoder::Decode(std::span<const int> control_faces,
+                                                const RunContext& context) const {
   // Normals take the triangles of the faces that touch the wanted ones, whose heights have to be
   // right: the cutter adds that ring.
-  SubMesh sub = cutter.Cut(control_faces, kHeightReach);
+  SubMesh sub = cutter_.Cut(control_faces, kHeightReach);
   SurfacePart made;
   DisplacedSurface& part = made.surface;
-  part.frame = file.header.frame;
-  part.max_level = static_cast<int>(file.layers.size()) - 1;
+  part.frame = file_.header.frame;
+  part.max_level = static_cast<int>(file_.layers.size()) - 1;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineTopology(sub.mesh, part.max_level - 1, context));
-  LoopRefinement shared;
-  shared.levels.push_back(file.topology);
-  RILIEVO_ASSIGN_OR_RETURN(
-      const DecodedHeights heights,
-      DecodePartOfHeights(file.Payloads(), shared, file.groups, sub.faces, refinement,
-                          file.header.has_filled, file.SmoothedPayload(), context));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedHeights heights,
+                           heights_.Decode(sub.faces, refinement, context));
   for (int32_t height : heights.heights) {
-    part.heights.push_back(static_cast<float>(height * file.header.height_unit));
+    part.heights.push_back(static_cast<float>(height * file_.header.height_unit));
   }
-  part.sources = heights.Sources(file.header.metadata.all_smoothed);
-  RILIEVO_RETURN_IF_ERROR(ApplyUpdatesToPart(file, shared, sub.faces, refinement, context,
+  part.sources = heights.Sources(file_.header.metadata.all_smoothed);
+  RILIEVO_RETURN_IF_ERROR(ApplyUpdatesToPart(file_, *shared_, sub.faces, refinement, context,
                                              &part.heights, &part.sources));
-  if (!file.colors.empty()) {
+  if (!file_.colors.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(part.colors,
-                             DecodePartOfColors(file, shared, sub.faces, refinement, context));
+                             DecodePartOfColors(file_, *shared_, sub.faces, refinement, context));
   }
   part.control_mesh = std::move(sub.mesh);
   made.faces = std::move(sub.faces);
@@ -158,8 +164,8 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
   DecodedRegion decoded;
   RILIEVO_ASSIGN_OR_RETURN(decoded.level, CheckedLevel(level, max_level));
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(file.mesh, file.topology));
-  RILIEVO_ASSIGN_OR_RETURN(const SurfacePart part,
-                           DecodePart(file, cutter, control_faces, context));
+  RILIEVO_ASSIGN_OR_RETURN(const PartDecoder decoder, PartDecoder::Open(file, cutter, context));
+  RILIEVO_ASSIGN_OR_RETURN(const SurfacePart part, decoder.Decode(control_faces, context));
   const ControlMesh& mesh = part.surface.control_mesh;
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));

@@ -3,12 +3,15 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/codec/container/open_dss.h"
+#include "core/codec/heights/height_decoder.h"
 #include "core/geometry/rgb.h"
 #include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
@@ -38,12 +41,28 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
                                            std::span<const int> control_faces, int level,
                                            const RunContext& context);
 
-// The same faces at the finest level, with what their triangles, normals and limits depend on.
-// `file`: opened, with groups and kFirstGroupedLevel + 1 layers or more; `cutter`: of its mesh. For
-// several threads at once.
-absl::StatusOr<SurfacePart> DecodePart(const OpenedDss& file, const PartCutter& cutter,
-                                       std::span<const int> control_faces,
-                                       const RunContext& context);
+// Faces at the finest level, with what their triangles, normals and limits depend on.
+class PartDecoder {
+ public:
+  // `file`: opened, with groups and kFirstGroupedLevel + 1 layers or more; `cutter`: of its mesh.
+  // Both are kept by reference. The errors of PartHeights.
+  static absl::StatusOr<PartDecoder> Open(const OpenedDss& file, const PartCutter& cutter,
+                                          const RunContext& context);
+
+  // As DecodeRegion() takes them. For several threads at once.
+  absl::StatusOr<SurfacePart> Decode(std::span<const int> control_faces,
+                                     const RunContext& context) const;
+
+ private:
+  PartDecoder(const OpenedDss& file, const PartCutter& cutter,
+              std::unique_ptr<const LoopRefinement> shared, PartHeights heights)
+      : file_(file), cutter_(cutter), shared_(std::move(shared)), heights_(std::move(heights)) {}
+
+  const OpenedDss& file_;
+  const PartCutter& cutter_;
+  std::unique_ptr<const LoopRefinement> shared_;  // the control mesh alone
+  PartHeights heights_;
+};
 
 // The control faces with a corner of their control triangle, or the triangle's middle, within the
 // box (scan frame); for DecodeRegion. The surface lies near its control mesh, not on it.

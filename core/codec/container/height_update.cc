@@ -99,8 +99,11 @@ absl::Status ApplyUpdatesToPart(const OpenedDss& file, const LoopRefinement& sha
                                 const std::vector<int>& part, const LoopRefinement& refinement,
                                 const RunContext& context, std::vector<float>* heights,
                                 std::vector<HeightSource>* sources) {
-  const auto decode = [&](const std::vector<Span>& layers, const std::optional<Span>& flags) {
-    return DecodePartOfHeights(layers, shared, file.groups, part, refinement, true, flags, context);
+  const auto decode = [&](const std::vector<Span>& layers,
+                          const std::optional<Span>& flags) -> absl::StatusOr<DecodedHeights> {
+    RILIEVO_ASSIGN_OR_RETURN(const PartHeights changes,
+                             PartHeights::Open(layers, shared, file.groups, true, flags, context));
+    return changes.Decode(part, refinement, context);
   };
   return ApplyEach(file, decode, heights, sources).status();
 }

@@ -31,7 +31,7 @@ absl::StatusOr<std::vector<float>> ApplyUpdates(const OpenedDss& file,
                                                 std::vector<float>* heights,
                                                 std::vector<HeightSource>* sources);
 
-// The same for a part of a surface with groups, see DecodePartOfHeights().
+// The same for a part of a surface with groups, see PartHeights.
 absl::Status ApplyUpdatesToPart(const OpenedDss& file, const LoopRefinement& shared,
                                 const std::vector<int>& part, const LoopRefinement& refinement,
                                 const RunContext& context, std::vector<float>* heights,

@@ -248,35 +248,37 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
       context);
 }
 
-absl::StatusOr<DecodedHeights> DecodePartOfHeights(
+absl::StatusOr<PartHeights> PartHeights::Open(
     const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& shared,
-    const FaceGroups& groups, const std::vector<int>& part, const LoopRefinement& refinement,
-    bool has_filled, const std::optional<std::span<const uint8_t>>& smoothed,
-    const RunContext& context) {
-  HeightState state;
-  const auto models = std::make_unique<HeightModels>();
+    const FaceGroups& groups, bool has_filled,
+    const std::optional<std::span<const uint8_t>>& smoothed, const RunContext& context) {
+  PartHeights opened(shared.levels[0], groups, has_filled);
   RILIEVO_RETURN_IF_ERROR(DecodeWholeLevels(std::span(layers).first(kFirstGroupedLevel), shared,
-                                            has_filled, context, *models, state));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const std::unique_ptr<SmoothedReader> flags,
-      ReadSmoothed(smoothed, shared, kFirstGroupedLevel, groups.count(), state.filled));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
-                           ReadGroupedLayouts(layers, groups.count()));
-  const MeshTopology& control = shared.levels[0];
+                                            has_filled, context, *opened.models_, opened.state_));
+  RILIEVO_ASSIGN_OR_RETURN(opened.flags_, ReadSmoothed(smoothed, shared, kFirstGroupedLevel,
+                                                       groups.count(), opened.state_.filled));
+  RILIEVO_ASSIGN_OR_RETURN(opened.levels_, ReadGroupedLayouts(layers, groups.count()));
+  return opened;
+}
+
+absl::StatusOr<DecodedHeights> PartHeights::Decode(const std::vector<int>& part,
+                                                   const LoopRefinement& refinement,
+                                                   const RunContext& context) const {
   const std::vector<int> whole =
       VerticesThere(FaceVertices(refinement.levels[0], kFirstGroupedLevel - 1),
-                    FaceVertices(control, kFirstGroupedLevel - 1), part);
+                    FaceVertices(control_, kFirstGroupedLevel - 1), part);
   std::map<int, std::vector<int>> face_there;
   for (size_t i = 0; i < part.size(); ++i) {
-    const int group = groups.group_of[part[i]];
+    const int group = groups_.group_of[part[i]];
     std::vector<int>& there = face_there[group];
-    there.resize(groups.members[group].size(), -1);
-    there[groups.place_of[part[i]]] = static_cast<int>(i);
+    there.resize(groups_.members[group].size(), -1);
+    there[groups_.place_of[part[i]]] = static_cast<int>(i);
   }
   std::vector<WantedGroup> wanted;
   for (auto& [group, there] : face_there) wanted.push_back({group, std::move(there)});
   return GroupedHeights{refinement, whole, wanted, BeyondRange::kClamp}.Decode(
-      GroupReader{control, groups, levels, *models, state, flags.get(), has_filled}, context);
+      GroupReader{control_, groups_, levels_, *models_, state_, flags_.get(), has_filled_},
+      context);
 }
 
 }  // namespace rilievo

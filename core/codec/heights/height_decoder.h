@@ -2,12 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/heights/height_coder.h"
+#include "core/codec/heights/height_layout.h"
+#include "core/codec/heights/smoothed_flags.h"
 #include "core/codec/mesh/face_groups.h"
 #include "core/loop/refinement.h"
 #include "core/surface/height_source.h"
@@ -36,15 +40,38 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     const LoopRefinement& refinement, const FaceGroups* groups, bool has_filled,
     const std::optional<std::span<const uint8_t>>& smoothed, const RunContext& context);
 
-// The same for a part of a surface with groups and at least kFirstGroupedLevel + 1 layers. `part`:
-// control faces of `control`, whose connectivity alone `refinement` refines. Heights come out as
-// those of the whole wherever all faces within kHeightReach rings are in the part. Reads the shared
-// levels, the indices, and the pieces of groups with a face in the part.
 inline constexpr int kHeightReach = 4;
-absl::StatusOr<DecodedHeights> DecodePartOfHeights(
-    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& shared,
-    const FaceGroups& groups, const std::vector<int>& part, const LoopRefinement& refinement,
-    bool has_filled, const std::optional<std::span<const uint8_t>>& smoothed,
-    const RunContext& context);
+
+// The heights of parts of a surface with groups and at least kFirstGroupedLevel + 1 layers: what
+// all groups share is decoded once.
+class PartHeights {
+ public:
+  // As above; `shared` has the control mesh at least. It, the groups and the bytes are kept by
+  // reference. The errors of DecodeHeightLayers().
+  static absl::StatusOr<PartHeights> Open(const std::vector<std::span<const uint8_t>>& layers,
+                                          const LoopRefinement& shared, const FaceGroups& groups,
+                                          bool has_filled,
+                                          const std::optional<std::span<const uint8_t>>& smoothed,
+                                          const RunContext& context);
+
+  // `part`: control faces, whose connectivity alone `refinement` refines. Heights come out as those
+  // of the whole wherever all faces within kHeightReach rings are in the part. Reads the pieces of
+  // groups with a face in the part. For several threads at once.
+  absl::StatusOr<DecodedHeights> Decode(const std::vector<int>& part,
+                                        const LoopRefinement& refinement,
+                                        const RunContext& context) const;
+
+ private:
+  PartHeights(const MeshTopology& control, const FaceGroups& groups, bool has_filled)
+      : control_(control), groups_(groups), has_filled_(has_filled) {}
+
+  const MeshTopology& control_;
+  const FaceGroups& groups_;
+  bool has_filled_;
+  HeightState state_;  // after the shared levels
+  std::unique_ptr<HeightModels> models_ = std::make_unique<HeightModels>();
+  std::unique_ptr<SmoothedReader> flags_;  // null: not said
+  std::vector<GroupedLayout> levels_;
+};
 
 }  // namespace rilievo
