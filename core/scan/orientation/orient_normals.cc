@@ -174,11 +174,14 @@ std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
   return ambiguous;
 }
 
-GroupAgreement AgreementOf(PatchDipoles dipoles) {
-  return
-      [dipoles = std::move(dipoles)](std::span<const SignedNode> a, std::span<const SignedNode> b) {
-        return dipoles.Agreement(a, b);
-      };
+// Keeps all by reference.
+GroupAgreement AgreementOf(const OrientationPatches& patches, const OrientedCloud& cloud,
+                           const RunContext& context) {
+  if (IsLeftOut(Mechanism::kContestedGroups)) return {};
+  return [dipoles = PatchDipoles(patches, cloud), &context](std::span<const SignedNode> a,
+                                                            std::span<const SignedNode> b) {
+    return dipoles.Agreement(a, b, context);
+  };
 }
 
 // `votes`: see SideVotes; or empty.
@@ -190,9 +193,9 @@ absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph, const O
   RILIEVO_ASSIGN_OR_RETURN(result.links,
                            LinksBetween(result.patches, graph, relations, cloud, context));
   result.sides = SidesOf(result.patches, votes, graph.k);
-  RILIEVO_ASSIGN_OR_RETURN(
-      result.labels, LabelSignedGraph(result.patches.count, result.links, result.sides,
-                                      AgreementOf(PatchDipoles(result.patches, cloud)), context));
+  RILIEVO_ASSIGN_OR_RETURN(result.labels,
+                           LabelSignedGraph(result.patches.count, result.links, result.sides,
+                                            AgreementOf(result.patches, cloud, context), context));
   return result;
 }
 
@@ -268,9 +271,8 @@ absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
   if (believed.votes.empty()) return labelled;
   labelled.sides = SidesOf(labelled.patches, believed.votes, graph.k);
   RILIEVO_ASSIGN_OR_RETURN(
-      labelled.labels,
-      LabelSignedGraph(labelled.patches.count, labelled.links, labelled.sides,
-                       AgreementOf(PatchDipoles(labelled.patches, cloud)), context));
+      labelled.labels, LabelSignedGraph(labelled.patches.count, labelled.links, labelled.sides,
+                                        AgreementOf(labelled.patches, cloud, context), context));
   return labelled;
 }
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/base/ablation.h"
+#include "core/base/status_macros.h"
 #include "core/points/belonging.h"
 
 namespace rilievo {
@@ -17,7 +17,7 @@ namespace {
 // machined parts, the sum of the votes' balance and so many times the agreement was right but for
 // 13 to 16 (of 8 to 15 times), the votes alone but for 86, the agreement alone but for 24.
 constexpr double kWorth = 10;
-// Closed groups have none, but for rounding.
+// A closed group has none, but for what its points are apart.
 constexpr double kLeastAgreement = 0.05;
 // How far around a group, in its radii, another one counts.
 constexpr double kReach = 8;
@@ -65,22 +65,24 @@ Dipole PatchDipoles::DipoleOfPoint(int point) const {
   return dipole;
 }
 
-double PatchDipoles::Between(int a, int b) const {
+double PatchDipoles::Between(int a, int b, std::vector<Dipole>* scratch) const {
   const double near = kFarRadii * (sums_[a].radius + sums_[b].radius);
   if ((sums_[b].sum.position - sums_[a].sum.position).squaredNorm() > near * near) {
     return rilievo::Agreement(sums_[a].sum, sums_[b].sum);
   }
+  scratch->clear();
+  for (int j = begin_[b]; j < begin_[b + 1]; ++j) scratch->push_back(DipoleOfPoint(members_[j]));
   double sum = 0;
   for (int i = begin_[a]; i < begin_[a + 1]; ++i) {
     const Dipole dipole = DipoleOfPoint(members_[i]);
-    for (int j = begin_[b]; j < begin_[b + 1]; ++j) {
-      sum += rilievo::Agreement(dipole, DipoleOfPoint(members_[j]));
-    }
+    for (const Dipole& other : *scratch) sum += rilievo::Agreement(dipole, other);
   }
   return sum;
 }
 
-double PatchDipoles::Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b) const {
+absl::StatusOr<double> PatchDipoles::Agreement(std::span<const SignedNode> a,
+                                               std::span<const SignedNode> b,
+                                               const RunContext& context) const {
   const auto size_of = [this](std::span<const SignedNode> group) {
     double size = 0;
     for (const SignedNode& node : group) size += sums_[node.node].size;
@@ -98,23 +100,25 @@ double PatchDipoles::Agreement(std::span<const SignedNode> a, std::span<const Si
     center += sums_[node.node].size / size * sums_[node.node].sum.position;
     points += begin_[node.node + 1] - begin_[node.node];
   }
-  if (points < kFewestOfPlane || IsLeftOut(Mechanism::kContestedGroups)) return 0;
+  if (points < kFewestOfPlane) return 0;
   double radius = 0;
   for (const SignedNode& node : a) {
     const Patch& patch = sums_[node.node];
     radius = std::max(radius, (patch.sum.position - center).norm() + patch.radius);
   }
   double sum = 0;
+  std::vector<Dipole> scratch;
   for (const SignedNode& there : b) {
     const Patch& patch = sums_[there.node];
     const double reach = kReach * radius + patch.radius;
     if ((patch.sum.position - center).squaredNorm() > reach * reach) continue;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     for (const SignedNode& here : a) {
-      sum += here.sign * there.sign * Between(here.node, there.node);
+      sum += here.sign * there.sign * Between(here.node, there.node, &scratch);
     }
   }
   const double agreement = sum / size * std::sqrt(size / std::numbers::pi);
-  return std::abs(agreement) < kLeastAgreement ? 0 : kWorth * agreement;
+  return std::abs(agreement) >= kLeastAgreement ? kWorth * agreement : 0;
 }
 
 }  // namespace rilievo

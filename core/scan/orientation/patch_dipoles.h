@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/points/oriented_cloud.h"
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/orientation_patches.h"
@@ -20,9 +22,11 @@ class PatchDipoles {
   PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud);
 
   // By how much two groups of patches agree, per area of the smaller one and times the radius of a
-  // disc as large, on the scale of GroupAgreement; 0 for groups of a few points. Of the larger
-  // group what lies within eight radii of the smaller one counts.
-  double Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b) const;
+  // disc as large, on the scale of GroupAgreement; 0 where the smaller one has a few points only.
+  // Of the larger group what lies within eight radii of the smaller one counts. CANCELLED when
+  // stopped.
+  absl::StatusOr<double> Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b,
+                                   const RunContext& context) const;
 
  private:
   struct Patch {
@@ -31,7 +35,7 @@ class PatchDipoles {
     double radius = 0;  // farthest of the points from the mean
   };
 
-  double Between(int a, int b) const;
+  double Between(int a, int b, std::vector<Dipole>* scratch) const;
   Dipole DipoleOfPoint(int point) const;
 
   const OrientationPatches& patches_;

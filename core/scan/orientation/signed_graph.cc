@@ -71,7 +71,7 @@ class Contraction {
       }
       const Bundle* current = Find(best.a, best.b);
       if (current == nullptr || current->net != best.net) continue;  // joined or changed since
-      Join(best.a, best.b, *current);
+      RILIEVO_RETURN_IF_ERROR(Join(best.a, best.b, *current));
     }
     return absl::OkStatus();
   }
@@ -151,17 +151,18 @@ class Contraction {
     return members;
   }
 
-  bool WantsOpposite(int a, int b, const Bundle& between) {
+  absl::StatusOr<bool> WantsOpposite(int a, int b, const Bundle& between) {
     constexpr double kContested = 0.1;
-    const double balance = between.net / between.total;
+    const double balance = between.total > 0 ? between.net / between.total : 0;
     if (!agreement_ || std::abs(balance) > 1 - 2 * kContested) return balance < 0;
-    return balance + agreement_(MembersOf(a), MembersOf(b)) < 0;
+    RILIEVO_ASSIGN_OR_RETURN(const double agreement, agreement_(MembersOf(a), MembersOf(b)));
+    return balance + agreement < 0;
   }
 
   // The head with fewer links goes into the other one.
-  void Join(int keep, int gone, const Bundle between) {
+  absl::Status Join(int keep, int gone, const Bundle between) {
     if (links_of_[keep].size() < links_of_[gone].size()) std::swap(keep, gone);
-    const bool opposite = WantsOpposite(keep, gone, between);
+    RILIEVO_ASSIGN_OR_RETURN(const bool opposite, WantsOpposite(keep, gone, between));
     sets_.Join(keep, gone, opposite ? 1 : 0);
     std::swap(next_[keep], next_[gone]);
     Erase(keep, gone);
@@ -179,6 +180,7 @@ class Contraction {
     }
     links_of_[gone].clear();
     links_of_[gone].shrink_to_fit();
+    return absl::OkStatus();
   }
 
   // The net weight then.

@@ -22,9 +22,9 @@ struct SignedNode {
 };
 
 // By how much two groups of nodes want to have the same sign, from what no link tells: 1 is worth
-// as much as all links between them.
-using GroupAgreement =
-    std::function<double(std::span<const SignedNode> a, std::span<const SignedNode> b)>;
+// as much as all links between them. CANCELLED when stopped.
+using GroupAgreement = std::function<absl::StatusOr<double>(std::span<const SignedNode> a,
+                                                            std::span<const SignedNode> b)>;
 
 struct SignedLabels {
   std::vector<int> component;  // by node: a number in [0, components), by lowest node

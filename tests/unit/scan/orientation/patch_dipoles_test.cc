@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stop_token>
 #include <vector>
 
 #include "tests/unit/scan/scan_clouds.h"
@@ -31,8 +32,8 @@ struct TwoPatches {
   double Agreement(int sign = 1) const {
     const SignedNode a{0, 1}, b{1, sign};
     const PatchDipoles dipoles(patches, cloud);
-    const double agreement = dipoles.Agreement({&a, 1}, {&b, 1});
-    EXPECT_NEAR(dipoles.Agreement({&b, 1}, {&a, 1}), agreement, 1e-9);
+    const double agreement = dipoles.Agreement({&a, 1}, {&b, 1}, {}).value();
+    EXPECT_NEAR(dipoles.Agreement({&b, 1}, {&a, 1}, {}).value(), agreement, 1e-9);
     return agreement;
   }
 };
@@ -76,6 +77,20 @@ TEST(PatchDipolesTest, AClosedBallOverASheetTellsNothing) {
   both.normals.rightCols(count) = sheet.normals;
   const auto in_sheet = [](const Eigen::Vector3d& at) { return at.z() < -0.25; };
   EXPECT_EQ(TwoPatches(both, 1, in_sheet).Agreement(), 0);
+}
+
+TEST(PatchDipolesTest, Stops) {
+  const TwoPatches sphere(SphereCloud(500, 7), 4 * M_PI, AtTheTop);
+  std::stop_source source;
+  source.request_stop();
+  RunContext context;
+  context.stop = source.get_token();
+  const SignedNode a{0, 1}, b{1, 1};
+  EXPECT_EQ(PatchDipoles(sphere.patches, sphere.cloud)
+                .Agreement({&a, 1}, {&b, 1}, context)
+                .status()
+                .code(),
+            absl::StatusCode::kCancelled);
 }
 
 TEST(PatchDipolesTest, AFewPointsTellNothing) {
