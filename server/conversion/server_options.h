@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "core/pipeline/reconstruct.h"
 
 namespace rilievo {
 
@@ -33,7 +34,7 @@ struct ServerOptions {
   // A folder for the files of scans that need more memory than a job may take: they are made by
   // parts. Empty: they are refused.
   std::string scratch;
-  int64_t part_points = int64_t{1} << 20;           // of such a part, see PartSizes. [2048, 2^28]
+  int64_t part_points = PartSizes{}.part_points;    // of such a part. [2048, 2^28]
   std::chrono::milliseconds max_job_time{600'000};  // of work, > 0
   std::chrono::milliseconds max_idle_time{60'000};  // between two messages that are due, > 0
   std::chrono::milliseconds drain_time{30'000};     // running jobs get at shutdown, >= 0
