@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "core/points/oriented_cloud.h"
 
@@ -55,6 +57,51 @@ inline Eigen::Vector3d WindingDescent(const Dipole& dipole, const Eigen::Vector3
 inline double Agreement(const Dipole& a, Dipole b) {
   b.blur = (a.blur + b.blur) / 2;
   return a.area.dot(WindingDescent(b, a.position));
+}
+
+// Points that lie together.
+struct DipoleSum {
+  Dipole sum;         // of areas; position and blur are the mean of the points'
+  double size = 0;    // area, however it is turned
+  double radius = 0;  // farthest of the points from the mean
+};
+
+// Of these points of the cloud. `dipole_of`: a point's, with the sign that it has among them.
+template <typename DipoleOfPoint>
+DipoleSum SumOfDipoles(const OrientedCloud& cloud, std::span<const int> points,
+                       const DipoleOfPoint& dipole_of) {
+  DipoleSum all;
+  for (const int i : points) {
+    const Dipole dipole = dipole_of(i);
+    const double share = ShareOfSurface(cloud.spacing[i]);
+    all.sum.position += share * dipole.position;
+    all.sum.area += dipole.area;
+    all.sum.blur += share * dipole.blur;
+    all.size += share;
+  }
+  if (all.size > 0) {
+    all.sum.position /= all.size;
+    all.sum.blur /= all.size;
+  }
+  for (const int i : points) {
+    all.radius = std::max(all.radius, (cloud.points.col(i) - all.sum.position).norm());
+  }
+  return all;
+}
+
+// Farther apart than kFarRadii of both together.
+inline bool AreFar(const DipoleSum& a, const DipoleSum& b) {
+  const double near = kFarRadii * (a.radius + b.radius);
+  return (b.sum.position - a.sum.position).squaredNorm() > near * near;
+}
+
+// The sum over all pairs.
+inline double Agreement(std::span<const Dipole> a, std::span<const Dipole> b) {
+  double sum = 0;
+  for (const Dipole& i : a) {
+    for (const Dipole& j : b) sum += Agreement(i, j);
+  }
+  return sum;
 }
 
 }  // namespace rilievo

@@ -10,37 +10,16 @@ namespace rilievo {
 
 DipolePatch MakeDipolePatch(const OrientedCloud& cloud, std::span<const int> points,
                             std::vector<int> patches) {
-  DipolePatch face;
-  face.patches = std::move(patches);
-  for (const int i : points) {
-    const Dipole dipole = DipoleOf(cloud, i);
-    const double share = ShareOfSurface(cloud.spacing[i]);
-    face.sum.position += share * dipole.position;
-    face.sum.area += dipole.area;
-    face.sum.blur += share * dipole.blur;
-    face.size += share;
-    face.points.push_back(dipole);
-  }
-  if (face.size > 0) {
-    face.sum.position /= face.size;
-    face.sum.blur /= face.size;
-  }
-  for (const Dipole& dipole : face.points) {
-    face.radius = std::max(face.radius, (dipole.position - face.sum.position).norm());
-  }
+  const auto dipole_of = [&cloud](int i) { return DipoleOf(cloud, i); };
+  DipolePatch face{SumOfDipoles(cloud, points, dipole_of), std::move(patches), {}};
+  face.points.reserve(points.size());
+  for (const int i : points) face.points.push_back(dipole_of(i));
   return face;
 }
 
 double Agreement(const DipolePatch& a, const DipolePatch& b) {
-  const double near = kFarRadii * (a.radius + b.radius);
-  if ((b.sum.position - a.sum.position).squaredNorm() > near * near) {
-    return Agreement(a.sum, b.sum);
-  }
-  double sum = 0;
-  for (const Dipole& i : a.points) {
-    for (const Dipole& j : b.points) sum += Agreement(i, j);
-  }
-  return sum;
+  return AreFar(a, b) ? Agreement(a.sum, b.sum)
+                      : Agreement(std::span(a.points), std::span(b.points));
 }
 
 bool Touch(const DipolePatch& a, const DipolePatch& b) {

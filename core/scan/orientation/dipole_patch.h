@@ -10,12 +10,9 @@
 namespace rilievo {
 
 // Points that are turned together. Lengths in the unit frame.
-struct DipolePatch {
+struct DipolePatch : DipoleSum {
   std::vector<int> patches;
   std::vector<Dipole> points;
-  Dipole sum;         // of areas; position and blur are the mean of the points'
-  double size = 0;    // area, however it is turned
-  double radius = 0;  // farthest of the points from the mean
 };
 
 // Of those `points` of the cloud, which make up `patches`.

@@ -36,25 +36,8 @@ PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedClou
   for (size_t i = 0; i < members_.size(); ++i) {
     members_[next[patches.patch[i]]++] = static_cast<int>(i);
   }
-  for (size_t p = 0; p < sums_.size(); ++p) {
-    Patch& patch = sums_[p];
-    const std::span points(members_.data() + begin_[p], members_.data() + begin_[p + 1]);
-    for (const int i : points) {
-      const Dipole dipole = DipoleOfPoint(i);
-      const double share = ShareOfSurface(cloud.spacing[i]);
-      patch.sum.position += share * dipole.position;
-      patch.sum.area += dipole.area;
-      patch.sum.blur += share * dipole.blur;
-      patch.size += share;
-    }
-    if (patch.size > 0) {
-      patch.sum.position /= patch.size;
-      patch.sum.blur /= patch.size;
-    }
-    for (const int i : points) {
-      const double reach = (cloud.points.col(i) - patch.sum.position).norm();
-      patch.radius = std::max(patch.radius, reach);
-    }
+  for (int p = 0; p < patches.count; ++p) {
+    sums_[p] = SumOfDipoles(cloud, MembersOf(p), [this](int i) { return DipoleOfPoint(i); });
   }
 }
 
@@ -65,19 +48,13 @@ Dipole PatchDipoles::DipoleOfPoint(int point) const {
   return dipole;
 }
 
-double PatchDipoles::Between(int a, int b, std::vector<Dipole>* scratch) const {
-  const double near = kFarRadii * (sums_[a].radius + sums_[b].radius);
-  if ((sums_[b].sum.position - sums_[a].sum.position).squaredNorm() > near * near) {
-    return rilievo::Agreement(sums_[a].sum, sums_[b].sum);
+double PatchDipoles::Between(int a, int b, Scratch* scratch) const {
+  if (AreFar(sums_[a], sums_[b])) return rilievo::Agreement(sums_[a].sum, sums_[b].sum);
+  for (const auto& [patch, points] : {std::pair(a, &(*scratch)[0]), std::pair(b, &(*scratch)[1])}) {
+    points->clear();
+    for (const int i : MembersOf(patch)) points->push_back(DipoleOfPoint(i));
   }
-  scratch->clear();
-  for (int j = begin_[b]; j < begin_[b + 1]; ++j) scratch->push_back(DipoleOfPoint(members_[j]));
-  double sum = 0;
-  for (int i = begin_[a]; i < begin_[a + 1]; ++i) {
-    const Dipole dipole = DipoleOfPoint(members_[i]);
-    for (const Dipole& other : *scratch) sum += rilievo::Agreement(dipole, other);
-  }
-  return sum;
+  return rilievo::Agreement(std::span<const Dipole>((*scratch)[0]), (*scratch)[1]);
 }
 
 absl::StatusOr<double> PatchDipoles::Agreement(std::span<const SignedNode> a,
@@ -103,13 +80,13 @@ absl::StatusOr<double> PatchDipoles::Agreement(std::span<const SignedNode> a,
   if (points < kFewestOfPlane) return 0;
   double radius = 0;
   for (const SignedNode& node : a) {
-    const Patch& patch = sums_[node.node];
+    const DipoleSum& patch = sums_[node.node];
     radius = std::max(radius, (patch.sum.position - center).norm() + patch.radius);
   }
   double sum = 0;
-  std::vector<Dipole> scratch;
+  Scratch scratch;
   for (const SignedNode& there : b) {
-    const Patch& patch = sums_[there.node];
+    const DipoleSum& patch = sums_[there.node];
     const double reach = kReach * radius + patch.radius;
     if ((patch.sum.position - center).squaredNorm() > reach * reach) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());

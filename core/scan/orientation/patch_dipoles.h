@@ -1,6 +1,7 @@
 // How patches of a scan agree through the winding number.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -22,25 +23,23 @@ class PatchDipoles {
   PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud);
 
   // By how much two groups of patches agree, per area of the smaller one and times the radius of a
-  // disc as large, on the scale of GroupAgreement; 0 where the smaller one has a few points only.
+  // disc as large, on the scale of GroupAgreement; 0 where the smaller one has only a few points.
   // Of the larger group what lies within eight radii of the smaller one counts. CANCELLED when
   // stopped.
   absl::StatusOr<double> Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b,
                                    const RunContext& context) const;
 
  private:
-  struct Patch {
-    Dipole sum;         // of areas; position and blur are the mean of the points'
-    double size = 0;    // area, however it is turned
-    double radius = 0;  // farthest of the points from the mean
-  };
-
-  double Between(int a, int b, std::vector<Dipole>* scratch) const;
+  using Scratch = std::array<std::vector<Dipole>, 2>;
+  double Between(int a, int b, Scratch* scratch) const;
   Dipole DipoleOfPoint(int point) const;
+  std::span<const int> MembersOf(int patch) const {
+    return {members_.data() + begin_[patch], members_.data() + begin_[patch + 1]};
+  }
 
   const OrientationPatches& patches_;
   const OrientedCloud& cloud_;
-  std::vector<Patch> sums_;
+  std::vector<DipoleSum> sums_;
   std::vector<int> begin_;    // by patch, in `members_`
   std::vector<int> members_;  // points
 };

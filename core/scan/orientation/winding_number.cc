@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 
 namespace rilievo {
@@ -26,22 +27,9 @@ void WindingField::AddLeaves() {
   for (size_t leaf = 0; leaf < leaves.size(); ++leaf) {
     Cell& cell = leaves[leaf];
     const size_t begin = leaf * kLeafPoints, end = std::min(members_.size(), begin + kLeafPoints);
-    for (size_t m = begin; m < end; ++m) {
-      const Dipole dipole = DipoleOf(cloud_, members_[m]);
-      const double share = ShareOfSurface(cloud_.spacing[members_[m]]);
-      cell.sum.position += share * dipole.position;
-      cell.sum.area += dipole.area;
-      cell.sum.blur += share * dipole.blur;
-      cell.size += share;
-    }
-    if (cell.size > 0) {
-      cell.sum.position /= cell.size;
-      cell.sum.blur /= cell.size;
-    }
-    for (size_t m = begin; m < end; ++m) {
-      const double reach = (cloud_.points.col(members_[m]) - cell.sum.position).norm();
-      cell.radius = std::max(cell.radius, reach);
-    }
+    static_cast<DipoleSum&>(cell) =
+        SumOfDipoles(cloud_, std::span(members_).subspan(begin, end - begin),
+                     [this](int i) { return DipoleOf(cloud_, i); });
     cell.far = FarFrom(cell.radius, cell.sum.blur);
   }
   levels_.push_back(std::move(leaves));

@@ -26,11 +26,7 @@ class WindingField {
   Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
 
  private:
-  // Points that lie together.
-  struct Cell {
-    Dipole sum;       // of areas; position and blur are the mean of its points'
-    double size = 0;  // area, however it is turned
-    double radius = 0;
+  struct Cell : DipoleSum {
     double far = 0;  // distance from which it counts as one dipole
   };
   void AddLeaves();
