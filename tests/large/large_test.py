@@ -189,8 +189,8 @@ def main():
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     options = argparse.ArgumentParser(prog="./dev large-test", description=__doc__)
     options.add_argument("--points", type=numbers, default=[10_000_000],
-                         help="how many, with commas between (default ten million; fleets make four "
-                         "million and fewer in memory, with other bytes)")
+                         help="how many, with commas between (default ten million; fleets make five "
+                         "million and fewer in memory, with other bytes, or over the limit)")
     options.add_argument("--shape", default="torus", help="as of rilievo simulate")
     options.add_argument("--noise", type=float, default=0.0, help="as of rilievo simulate")
     options.add_argument("--threads", type=numbers, default=[1, 2], help="of the command")
