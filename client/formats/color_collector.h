@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/formats/scalar_type.h"
+#include "core/base/freed_memory.h"
 #include "core/geometry/rgb.h"
 
 namespace rilievo {
@@ -66,7 +67,7 @@ class ColorCollector {
       bytes_.push_back({Clamped(color[0] * scale + half), Clamped(color[1] * scale + half),
                         Clamped(color[2] * scale + half)});
     }
-    wide_ = {};
+    FreeMemoryOf(&wide_);
     TakeFromBefore();
     if (std::all_of(bytes_.begin(), bytes_.end(),
                     [](const Rgb& color) { return color == Rgb{}; })) {

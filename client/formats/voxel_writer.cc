@@ -13,6 +13,7 @@
 #include "client/formats/atomic_file.h"
 #include "client/formats/number_text.h"
 #include "client/formats/voxel_writer_vdb.h"
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -93,7 +94,7 @@ VoxelValues ValuesOf(const VoxelDistances& distances, std::string content,
   VoxelValues values{distances.grid(), std::move(content), "float", sizeof(float),
                      [&distances, context, at_once, at = 0,
                       layers = std::vector<float>()]() mutable -> absl::StatusOr<std::string_view> {
-                       layers = {};  // its memory serves the next ones
+                       FreeMemoryOf(&layers);  // its memory serves the next ones
                        const int count = std::min(at_once, distances.grid().size.z() - at);
                        RILIEVO_ASSIGN_OR_RETURN(layers, distances.Layers(at, count, context));
                        at += count;

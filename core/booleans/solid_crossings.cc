@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/booleans/box_tree.h"
@@ -62,7 +63,7 @@ absl::StatusOr<std::vector<Crossing>> AllCrossings(const std::array<GridSolid, 2
   std::vector<Crossing> crossings;
   for (std::vector<Crossing>& block : of_block) {
     crossings.insert(crossings.end(), block.begin(), block.end());
-    block = {};
+    FreeMemoryOf(&block);
   }
   std::sort(crossings.begin(), crossings.end(), ComesBefore);
   return crossings;

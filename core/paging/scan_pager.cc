@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/crc32c.h"
@@ -242,7 +243,7 @@ absl::StatusOr<SpatialFrame> ScanPager::FrameOf(const RunContext& context) {
   std::vector<int> columns(sample_.size());
   std::iota(columns.begin(), columns.end(), 0);
   RILIEVO_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d limit, StrayLimit(sampled, columns, context));
-  sample_ = {};
+  FreeMemoryOf(&sample_);
   if (!limit.contains(box_)) {
     limit_ = limit;
     box_.setEmpty();

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/codec/mesh/prepare_control_mesh.h"
 #include "core/pipeline/analyze_pages.h"
@@ -137,8 +138,8 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   stored.heights = &measured.heights;
   stored.source_counts = measured.heights.source_counts();
   surface.max_level = stored.max_level;
-  surface.heights = {};
-  surface.sources = {};
+  FreeMemoryOf(&surface.heights);
+  FreeMemoryOf(&surface.sources);
   ThinnedPoints some{{}, coarse->all_points.spacing, coarse->all_points.noise};
   { const ScanSurface spent = std::move(scan); }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/surface/nearest_in_pages.h"
@@ -204,9 +205,9 @@ absl::Status TakeDistances(MeasuredPart* part, PointPages* points) {
     RILIEVO_RETURN_IF_ERROR(points->WriteDistances(page, distances));
   }
   if (next != part->squared_of_points.cend()) return wrong();
-  part->pages = {};
-  part->in_reach = {};
-  part->squared_of_points = {};
+  FreeMemoryOf(&part->pages);
+  FreeMemoryOf(&part->in_reach);
+  FreeMemoryOf(&part->squared_of_points);
   return absl::OkStatus();
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -36,7 +37,7 @@ absl::StatusOr<GatheredPoints> PointsWithin(const Eigen::AlignedBox3d& box, cons
                                               static_cast<Eigen::Index>(of.size()));
   };
   gathered.shape.vertices = columns(points);
-  points = {};
+  FreeMemoryOf(&points);
   gathered.shape.normals = columns(normals);
   return gathered;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
@@ -127,7 +128,7 @@ absl::StatusOr<std::vector<Crossing>> AllCrossings(const TriangleMesh& mesh, con
   std::vector<Crossing> crossings;
   for (std::vector<Crossing>& found : of_block) {
     crossings.insert(crossings.end(), found.begin(), found.end());
-    found = {};
+    FreeMemoryOf(&found);
   }
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &crossings));
   return crossings;

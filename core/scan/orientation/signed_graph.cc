@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/signed_union_find.h"
 
@@ -126,7 +127,7 @@ class Contraction {
       side_of_[bundle.to] += opposite ? -bundle.net : bundle.net;
       PushSide(bundle.to);
     }
-    links_of_[head] = {};
+    FreeMemoryOf(&links_of_[head]);
   }
 
   const Bundle* Find(int a, int b) const {

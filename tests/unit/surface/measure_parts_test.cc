@@ -162,7 +162,11 @@ TEST(MeasurePartsTest, EachPartIsMeasuredByItself) {
     measured[i] = MeasurePart(surface, i, options, context, untouched).value();
   }
   pages.ForgetDistances();
-  for (MeasuredPart& part : measured) ASSERT_TRUE(TakeDistances(&part, &pages).ok());
+  for (MeasuredPart& part : measured) {
+    ASSERT_TRUE(TakeDistances(&part, &pages).ok());
+    EXPECT_EQ(part.squared_of_points.capacity(), 0U);  // all parts together are as many as the scan
+    EXPECT_EQ(part.in_reach.capacity(), 0U);
+  }
   const PartsError apart = SumOfParts(surface, measured, context, &pages).value();
   EXPECT_EQ(apart.error.rms, together.error.rms);
   EXPECT_EQ(apart.error.across_rms, together.error.across_rms);
