@@ -113,16 +113,16 @@ class StoredCoding {
         .status();
   }
 
-  // Whether they are of this surface, in groups where it is coded so.
+  // Whether they are of this surface, and where it is measured by parts in groups. A surface that
+  // fits into a block may be in groups too.
   bool AreOfSurface(const EncodedSurface& encoded) const {
     const std::vector<uint8_t> bytes = encoded.Concatenate();
     const absl::StatusOr<OpenedDss> file = OpenDss(bytes, true);
     if (!file.ok() || !file->whole() || file->topology.faces != cutter_.topology().faces) {
       return false;
     }
-    const bool in_groups = file->header.group_limit > 0;
-    return in_groups == block_.in_groups &&
-           (!in_groups || file->layers.size() > static_cast<size_t>(kFirstGroupedLevel));
+    return !block_.in_groups || (file->header.group_limit > 0 &&
+                                 file->layers.size() > static_cast<size_t>(kFirstGroupedLevel));
   }
 
   // Whether others may measure parts of what is coded.

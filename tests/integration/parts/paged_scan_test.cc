@@ -217,6 +217,19 @@ TEST(PagedScanTest, TheLevelAskedForIsTaken) {
   }
 }
 
+// So many faces stand in groups, though all of them are one block.
+TEST(PagedScanTest, ASurfaceOfManyFacesMayFitIntoABlock) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000);
+  ReconstructOptions options;
+  options.control.target_faces = 5000;
+  for (const int level : {1, 2}) {
+    options.max_level = level;
+    const Reconstruction parts = InParts(points, {}, options);
+    EXPECT_GT(parts.surface.control_mesh.faces.cols(), 4096);
+    EXPECT_EQ(parts.surface.max_level, level);
+  }
+}
+
 // Clean, and noisy.
 TEST(PagedScanTest, BordersBetweenGroupsDoNotShow) {
   for (const double noise : {0.0, 0.0005}) {
