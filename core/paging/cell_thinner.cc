@@ -13,8 +13,10 @@ namespace {
 constexpr double kUnsure = 0.05;
 // Deviation of a cell at a border where none of it is filled, in its side.
 constexpr double kUnfilled = 0.2;
-// Points of a cell that tell whether it lies at a border.
-constexpr double kFewestAtBorder = 12, kMostAtBorder = 128;
+// Points of a cell that may lie at a border.
+constexpr double kMostAtBorder = 128;
+// How likely even points leave so many octants empty where a cell counts as one at a border.
+constexpr double kChance = 1e-3;
 constexpr double kStepsPerOctave = 16;
 
 CellDetail DetailOf(double variance, double side) {
@@ -24,7 +26,8 @@ CellDetail DetailOf(double variance, double side) {
 }
 
 // Of the octants of a cube that the plane crosses near their middles, the share that holds no
-// points beyond what chance leaves empty.
+// points; 0 where that may be chance: n even points leave one of c with a probability of
+// exp(-n / c).
 double UnfilledShare(const Eigen::Vector3d& middle, double side, uint8_t octants, double points,
                      const Eigen::Vector3d& on_plane, const Eigen::Vector3d& normal) {
   const double near = side / 8 * normal.lpNorm<1>();
@@ -38,8 +41,9 @@ double UnfilledShare(const Eigen::Vector3d& middle, double side, uint8_t octants
     ++crossed;
     empty += (octants >> octant & 1) == 0 ? 1 : 0;
   }
-  if (crossed == 0) return 0;
-  return std::max(0.0, empty / crossed - std::exp(-points / crossed));
+  if (empty == 0) return 0;
+  const double chance = crossed * std::exp(-points / crossed);
+  return std::pow(chance, empty) < kChance ? empty / crossed : 0;
 }
 
 }  // namespace
@@ -55,14 +59,15 @@ void CellThinner::Moments::Add(const Moments& other) {
 CellThinner::Details CellThinner::DetailsOf(const Cell& cell, int level) const {
   const double side = std::ldexp(1.0, -level), count = cell.moments.count;
   Details details;
-  if (count <= 3) {  // in a plane
+  if (count <= 1) return details;  // which tell of all there is
+  if (count <= 3) {                // in a plane
     details.of_plane = DetailOf(kUnsure * kUnsure * side * side / count, side);
     return details;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(cell.moments.scatter);
   const double off_plane = std::max(0.0, axes.eigenvalues()[0]);
   details.of_plane = DetailOf((off_plane + kUnsure * kUnsure * side * side) / count, side);
-  if (count < kFewestAtBorder || count > kMostAtBorder) return details;
+  if (count > kMostAtBorder) return details;
   const double unfilled = UnfilledShare(cell.middle, side, cell.octants, count, cell.moments.mean,
                                         axes.eigenvectors().col(0));
   if (unfilled > 0) {
