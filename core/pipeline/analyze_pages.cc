@@ -116,11 +116,10 @@ absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurf
     }
     return true;
   };
-  parts.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
-    RILIEVO_ASSIGN_OR_RETURN(RunPoints read,
-                             ReadRun(scan, cutter, runs[part], coarse.frame, context));
+  parts.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
+    RILIEVO_ASSIGN_OR_RETURN(RunPoints read, ReadRun(scan, cutter, runs[part], coarse.frame, own));
     RILIEVO_ASSIGN_OR_RETURN(std::vector<Surfel> found,
-                             SurfelsOf(read.points, scan.size(), coarse, options, context));
+                             SurfelsOf(read.points, scan.size(), coarse, options, own));
     found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(read.first));
     found.resize(static_cast<size_t>(PointsOfRun(runs[part], scan.size())));
     ValueWriter writer;
@@ -148,7 +147,7 @@ absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurf
     ReleaseToOsAfter(scan.size());
     return absl::OkStatus();
   };
-  RILIEVO_RETURN_IF_ERROR(RunParts(parts, run));
+  RILIEVO_RETURN_IF_ERROR(RunParts(parts, run, context));
   RILIEVO_ASSIGN_OR_RETURN(const int64_t count, PointsOfSurface(scan, surfels, context));
   return AnalyzedPages{std::move(surfels), count};
 }

@@ -217,7 +217,8 @@ absl::StatusOr<CoarseSurface> ShapeForAll(const PagedScan& pages, int64_t coarse
                                           const PipelineContext& context) {
   std::optional<CoarseSurface> coarse;
   PartsOfStep step{.step = PartStep::kCoarse, .count = 1};
-  step.make = [&](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
+  step.make = [&](int /*part*/,
+                  const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
     RILIEVO_ASSIGN_OR_RETURN(const CoarseSurface made,
                              ShapeThinned(pages, coarse_points, given, context));
     return Saved(made);
@@ -226,7 +227,7 @@ absl::StatusOr<CoarseSurface> ShapeForAll(const PagedScan& pages, int64_t coarse
     RILIEVO_ASSIGN_OR_RETURN(coarse, CoarseOf(bytes, given));
     return coarse ? absl::OkStatus() : NotOfPart(PartStep::kCoarse, part);
   };
-  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
+  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}, context));
   return *std::move(coarse);
 }
 

@@ -155,7 +155,8 @@ class StoredCoding {
     const SurfaceParts parts = PartsOf(decoder);
     std::vector<MeasuredPart> measured(static_cast<size_t>(parts.count));
     PartsOfStep step{.step = PartStep::kMeasured, .count = parts.count};
-    step.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
+    step.make = [&](int part,
+                    const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
       RILIEVO_ASSIGN_OR_RETURN(
           MeasuredPart found,
           MeasurePart(parts, part, MeasureOptions{kCertifiedSamples}, context_, *points_));
@@ -173,7 +174,7 @@ class StoredCoding {
     };
     points_->ForgetDistances();
     const auto tell = [this](double share) { context_.Report(Stage::kMeasure, share); };
-    RILIEVO_RETURN_IF_ERROR(RunParts(step, {tell, shared}));
+    RILIEVO_RETURN_IF_ERROR(RunParts(step, {tell, shared}, context_));
     if (!shared->leads()) return PartsError();
     return SumOfParts(parts, measured, context_, points_);
   }
@@ -326,14 +327,15 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const std::optional<std::vector<uint8_t>> saved = scratch.Load(kCodedName);
     return saved && step.take(part, *saved).ok();
   };
-  step.make = [&](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
+  step.make = [&](int /*part*/,
+                  const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
     coded.encoded = {};
     RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
     std::vector<uint8_t> bytes = BytesOfCoded(coded);
     RILIEVO_RETURN_IF_ERROR(scratch.Save(kCodedName, bytes));
     return bytes;
   };
-  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
+  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}, context));
   const std::vector<uint8_t> bytes = coded.encoded.Concatenate();
   const bool together = shared != nullptr && coding.IsMeasuredByParts();
   RILIEVO_ASSIGN_OR_RETURN(const PartsError found, together ? coding.MeasureTogether(bytes, shared)
@@ -353,10 +355,11 @@ absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutte
   const StoredCoding coding(surface, cutter, points, block, options, context);
   CodedStoredSurface coded;
   PartsOfStep step = StepOfCoding(coding, &coded);
-  step.make = [](int /*part*/) -> absl::StatusOr<std::vector<uint8_t>> {
+  step.make = [](int /*part*/,
+                 const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
     return absl::InternalError("one who helps was to code the surface");
   };
-  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}));
+  RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}, context));
   return coding.MeasureTogether(coded.encoded.Concatenate(), shared).status();
 }
 

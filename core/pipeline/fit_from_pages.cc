@@ -114,9 +114,9 @@ absl::StatusOr<DomainFit> FitFromPages(const KnownPoints& points, const FacePart
   const std::vector<FacePart>& face_parts = parts.parts();
   std::vector<FitOfPart> fits(face_parts.size());
   PartsOfStep of_step{.step = PartStep::kFit, .count = static_cast<int>(face_parts.size())};
-  of_step.make = [&](int part) -> absl::StatusOr<std::vector<uint8_t>> {
+  of_step.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     RILIEVO_ASSIGN_OR_RETURN(const FitOfPart found,
-                             FitPart(face_parts[part], points, parts, cutter, options, context));
+                             FitPart(face_parts[part], points, parts, cutter, options, own));
     ValueWriter writer;
     VisitFitOfPart(writer, found);
     return std::move(writer.bytes);
@@ -129,7 +129,7 @@ absl::StatusOr<DomainFit> FitFromPages(const KnownPoints& points, const FacePart
                ? absl::OkStatus()
                : NotOfPart(PartStep::kFit, part);
   };
-  RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run));
+  RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run, context));
   DomainFit fit = Assembled(start, face_parts, fits, cutter.topology());
   if (folder.keeps()) {
     ValueWriter writer;

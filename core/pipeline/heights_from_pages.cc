@@ -113,13 +113,13 @@ absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
   const std::set<int> there = PartsThatAreThere(journal, parts.parts(), heights);
   PartsOfStep of_step{.step = PartStep::kHeights, .count = static_cast<int>(parts.parts().size())};
   of_step.is_there = [&](int part) { return there.count(part) != 0; };
-  of_step.make = [&](int number) -> absl::StatusOr<std::vector<uint8_t>> {
+  of_step.make = [&](int number, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     const FacePart& face_part = parts.parts()[number];
-    RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud, CloudIn(face_part.box, points, context));
+    RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud, CloudIn(face_part.box, points, own));
     Part part{cutter.Cut(parts.FacesIn(face_part.box), 0), {}};
     part.inner = PlacesOf(face_part.faces, part.sub.faces);
     RILIEVO_ASSIGN_OR_RETURN(const HeightsOfPart found,
-                             MeasureFaces(part, cloud, level, options, context));
+                             MeasureFaces(part, cloud, level, options, own));
     ValueWriter writer;
     VisitHeights(writer, found);
     return std::move(writer.bytes);
@@ -144,7 +144,7 @@ absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
     ReleaseToOsAfter(points.scan.size());
     return absl::OkStatus();
   };
-  RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run));
+  RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run, context));
   if (run.shared != nullptr && !run.shared->leads()) return heights;
   RILIEVO_RETURN_IF_ERROR(heights.Finish());
   return heights;

@@ -1,4 +1,4 @@
-// The parts of one step of a run: one after the other, or shared with other processes.
+// The parts of one step of a run: two at a time, or shared with other processes.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/paging/shared_parts.h"
 
 namespace rilievo {
@@ -15,9 +16,12 @@ namespace rilievo {
 struct PartsOfStep {
   PartStep step = PartStep::kCoarse;
   int count = 0;
-  // What comes of a part: a function of the part, whatever was done before it.
-  std::function<absl::StatusOr<std::vector<uint8_t>>(int part)> make = {};
-  // Puts it where this process looks for it. DATA_LOSS where the bytes are not of such a part.
+  // What comes of a part: a function of the part, whatever was done before it. For several threads
+  // at once, each with a context of its own.
+  std::function<absl::StatusOr<std::vector<uint8_t>>(int part, const RunContext& context)> make =
+      {};
+  // Puts it where this process looks for it, in any order, one at a time. DATA_LOSS where the bytes
+  // are not of such a part.
   std::function<absl::Status(int part, std::span<const uint8_t> bytes)> take = {};
   // Whether an earlier run of this process has left it there; empty: none has.
   std::function<bool(int part)> is_there = {};
@@ -31,7 +35,7 @@ struct PartsRun {
 
 // All parts are made, by whomever, and taken. Heights and what was measured are taken only by the
 // process that leads. The errors of `make`, `take` and SharedParts.
-absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run);
+absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run, const RunContext& context);
 
 // Of bytes that do not make sense.
 absl::Status NotOfPart(PartStep step, int part);
