@@ -57,6 +57,24 @@ TEST(CellThinner, KeepsTheBorderOfAPlane) {
   EXPECT_LT(LeftWhere(thinned, 1 - kBorderArea, is_inside), 0.25);
 }
 
+// Of ten points one is left. What chance leaves empty is no border: cells that are taken
+// for one keep all of their points, and the others have to do with few.
+TEST(CellThinner, ThinsAnEvenSurfaceEvenly) {
+  const auto height = [](double x, double y) { return 0.3 * (x * x + y * y); };
+  const Eigen::Matrix3Xd thinned = ThinnedField(height, kPoints / 10);
+  EXPECT_GT(thinned.cols(), kPoints / 12);
+  const double even = 0.9 / std::sqrt(static_cast<double>(thinned.cols()));
+  double widest = 0;
+  for (double x = -0.4; x < 0.4; x += 0.01) {
+    for (double y = -0.4; y < 0.4; y += 0.01) {
+      const Eigen::Vector3d place(x, y, height(x, y));
+      widest = std::max(widest,
+                        std::sqrt((thinned.colwise() - place).colwise().squaredNorm().minCoeff()));
+    }
+  }
+  EXPECT_LT(widest, 1.5 * even);
+}
+
 // The edge runs askew to the cells: where it lies in their faces, each cell sees one plane.
 TEST(CellThinner, KeepsMoreBesideASharpEdge) {
   const auto from_edge = [](double x, double y) { return std::abs(x + 0.3 * y - 0.013); };
