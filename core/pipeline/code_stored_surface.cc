@@ -128,12 +128,15 @@ class StoredCoding {
   // Whether others may measure parts of what is coded.
   bool IsMeasuredByParts() const { return block_.in_groups && points_ != nullptr; }
 
-  absl::StatusOr<PartsError> MeasureBytes(std::span<const uint8_t> bytes) const {
+  // Some parts of it by those who share it, unless that is null. The one who leads is told the
+  // errors, the others nothing.
+  absl::StatusOr<PartsError> MeasureBytes(std::span<const uint8_t> bytes,
+                                          SharedParts* shared = nullptr) const {
     if (block_.in_groups) {
       RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
       RILIEVO_ASSIGN_OR_RETURN(const PartDecoder decoder,
                                PartDecoder::Open(file, cutter_, context_));
-      return Measure(PartsOf(decoder));
+      return Measure(PartsOf(decoder), shared);
     }
     RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
     SurfacePart whole;
@@ -144,39 +147,6 @@ class StoredCoding {
                   const RunContext& /*context*/) -> absl::StatusOr<SurfacePart> { return whole; });
     parts.count = 1;
     return Measure(parts);
-  }
-
-  // The same, some parts of it by others. The one who leads is told the errors, the others nothing.
-  absl::StatusOr<PartsError> MeasureTogether(std::span<const uint8_t> bytes,
-                                             SharedParts* shared) const {
-    const StageScope scope(Stage::kMeasure, context_);
-    RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
-    RILIEVO_ASSIGN_OR_RETURN(const PartDecoder decoder, PartDecoder::Open(file, cutter_, context_));
-    const SurfaceParts parts = PartsOf(decoder);
-    std::vector<MeasuredPart> measured(static_cast<size_t>(parts.count));
-    PartsOfStep step{.step = PartStep::kMeasured, .count = parts.count};
-    step.make = [&](int part,
-                    const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
-      RILIEVO_ASSIGN_OR_RETURN(
-          MeasuredPart found,
-          MeasurePart(parts, part, MeasureOptions{kCertifiedSamples}, context_, *points_));
-      ValueWriter writer;
-      VisitMeasured(writer, found);
-      return std::move(writer.bytes);
-    };
-    step.take = [&](int part, std::span<const uint8_t> of_part) -> absl::Status {
-      MeasuredPart& found = measured[static_cast<size_t>(part)];
-      ValueReader reader(of_part);
-      VisitMeasured(reader, found);
-      if (!reader.Finished()) return NotOfPart(PartStep::kMeasured, part);
-      const absl::Status taken = TakeDistances(&found, points_);
-      return absl::IsDataLoss(taken) ? NotOfPart(PartStep::kMeasured, part) : taken;
-    };
-    points_->ForgetDistances();
-    const auto tell = [this](double share) { context_.Report(Stage::kMeasure, share); };
-    RILIEVO_RETURN_IF_ERROR(RunParts(step, {tell, shared}, context_));
-    if (!shared->leads()) return PartsError();
-    return SumOfParts(parts, measured, context_, points_);
   }
 
  private:
@@ -209,10 +179,33 @@ class StoredCoding {
   }
 
   // Errors only if there are points.
-  absl::StatusOr<PartsError> Measure(const SurfaceParts& parts) const {
+  absl::StatusOr<PartsError> Measure(const SurfaceParts& parts,
+                                     SharedParts* shared = nullptr) const {
     const StageScope scope(Stage::kMeasure, context_);
     if (points_ == nullptr) return CountParts(parts, context_);
-    return MeasureParts(parts, MeasureOptions{kCertifiedSamples}, context_, points_);
+    std::vector<MeasuredPart> measured(static_cast<size_t>(parts.count));
+    PartsOfStep step{.step = PartStep::kMeasured, .count = parts.count};
+    step.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
+      RILIEVO_ASSIGN_OR_RETURN(
+          MeasuredPart found,
+          MeasurePart(parts, part, MeasureOptions{kCertifiedSamples}, own, *points_));
+      ValueWriter writer;
+      VisitMeasured(writer, found);
+      return std::move(writer.bytes);
+    };
+    step.take = [&](int part, std::span<const uint8_t> of_part) -> absl::Status {
+      MeasuredPart& found = measured[static_cast<size_t>(part)];
+      ValueReader reader(of_part);
+      VisitMeasured(reader, found);
+      if (!reader.Finished()) return NotOfPart(PartStep::kMeasured, part);
+      const absl::Status taken = TakeDistances(&found, points_);
+      return absl::IsDataLoss(taken) ? NotOfPart(PartStep::kMeasured, part) : taken;
+    };
+    points_->ForgetDistances();
+    const auto tell = [this](double share) { context_.Report(Stage::kMeasure, share); };
+    RILIEVO_RETURN_IF_ERROR(RunParts(step, {tell, shared}, context_));
+    if (shared != nullptr && !shared->leads()) return PartsError();
+    return SumOfParts(parts, measured, context_, points_);
   }
 
   template <typename Read>
@@ -337,9 +330,9 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
   };
   RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}, context));
   const std::vector<uint8_t> bytes = coded.encoded.Concatenate();
-  const bool together = shared != nullptr && coding.IsMeasuredByParts();
-  RILIEVO_ASSIGN_OR_RETURN(const PartsError found, together ? coding.MeasureTogether(bytes, shared)
-                                                            : coding.MeasureBytes(bytes));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const PartsError found,
+      coding.MeasureBytes(bytes, coding.IsMeasuredByParts() ? shared : nullptr));
   coded.error = found.error;
   if (points != nullptr) StateErrors(found.error, &coded.metadata);
   coded.metadata.folds = found.folds;
@@ -360,7 +353,7 @@ absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutte
     return absl::InternalError("one who helps was to code the surface");
   };
   RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}, context));
-  return coding.MeasureTogether(coded.encoded.Concatenate(), shared).status();
+  return coding.MeasureBytes(coded.encoded.Concatenate(), shared).status();
 }
 
 absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,

@@ -199,20 +199,6 @@ absl::StatusOr<PartsError> SumOfParts(const SurfaceParts& surface,
   return found;
 }
 
-absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const MeasureOptions& options,
-                                        const RunContext& context, PointPages* points) {
-  RILIEVO_RETURN_IF_ERROR(CheckMeasure(surface, options));
-  points->ForgetDistances();
-  std::vector<MeasuredPart> parts;
-  for (int i = 0; i < surface.count; ++i) {
-    RILIEVO_ASSIGN_OR_RETURN(MeasuredPart part, MeasurePart(surface, i, options, context, *points));
-    RILIEVO_RETURN_IF_ERROR(TakeDistances(&part, points));
-    parts.push_back(std::move(part));
-    context.Report(Stage::kMeasure, static_cast<double>(i + 1) / surface.count);
-  }
-  return SumOfParts(surface, parts, context, points);
-}
-
 absl::StatusOr<PartsError> CountParts(const SurfaceParts& surface, const RunContext& context) {
   PartsError found;
   for (int i = 0; i < surface.count; ++i) {

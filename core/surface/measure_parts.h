@@ -20,17 +20,14 @@ struct PartsError {
   std::array<int64_t, 3> source_counts{};  // vertices of each HeightSource
 };
 
-// `parts`: all of them, their distances taken. They are asked for once more where they lie near to
-// what is far from all.
+// As MeasureTwoSided, where the surface is a and b a point set with gaps. All distances are exact,
+// those from b in single precision and their percentiles to 6e-5; beside sharp edges the sides of b
+// count up to 1 % of the diagonal away from it. `parts`: all of them, measured with the distances
+// of `points` forgotten before, and taken. They are asked for once more where they lie near to what
+// is far from all. The errors of MeasurePart().
 absl::StatusOr<PartsError> SumOfParts(const SurfaceParts& surface,
                                       const std::vector<MeasuredPart>& parts,
                                       const RunContext& context, PointPages* points);
-
-// As MeasureTwoSided, where the surface is a and b a point set with gaps. All distances are exact,
-// those from b in single precision and their percentiles to 6e-5; beside sharp edges the sides of b
-// count up to 1 % of the diagonal away from it. The errors of MeasurePart().
-absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const MeasureOptions& options,
-                                        const RunContext& context, PointPages* points);
 
 // Folds and sources alone.
 absl::StatusOr<PartsError> CountParts(const SurfaceParts& surface, const RunContext& context);

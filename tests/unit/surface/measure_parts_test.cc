@@ -120,6 +120,22 @@ SearchableShape PointsAround() {
   return MakeSearchable(std::move(points), RunContext()).value();
 }
 
+// Part after part.
+PartsError MeasureAll(const SurfaceParts& surface, PagesInMemory* pages) {
+  const MeasureOptions options{20000};
+  const RunContext context;
+  pages->ForgetDistances();
+  std::vector<MeasuredPart> measured(static_cast<size_t>(surface.count));
+  for (int i = 0; i < surface.count; ++i) {
+    measured[i] = MeasurePart(surface, i, options, context, *pages).value();
+    EXPECT_TRUE(TakeDistances(&measured[i], pages).ok());
+    // All parts together have as many as the scan.
+    EXPECT_EQ(measured[i].squared_of_points.capacity(), 0U);
+    EXPECT_EQ(measured[i].in_reach.capacity(), 0U);
+  }
+  return SumOfParts(surface, measured, context, pages).value();
+}
+
 TEST(MeasurePartsTest, ErrorsAreThoseOfTheWhole) {
   DisplacedSurface surface = Rough(8);
   surface.sources.assign(surface.sources.size(), HeightSource::kMeasured);
@@ -129,9 +145,7 @@ TEST(MeasurePartsTest, ErrorsAreThoseOfTheWhole) {
   const TwoSidedError whole =
       MeasureAgainst(shape, points, MeasureOptions{20000}, RunContext()).value();
   PagesInMemory pages(points.shape, 130);
-  const auto measure = [&] {
-    return MeasureParts(in_parts.Parts(), MeasureOptions{20000}, RunContext(), &pages)->error;
-  };
+  const auto measure = [&] { return MeasureAll(in_parts.Parts(), &pages).error; };
   const TwoSidedError parts = measure();
   EXPECT_NEAR(parts.b_to_a.rms, whole.b_to_a.rms, 1e-7 * whole.b_to_a.rms);
   EXPECT_NEAR(parts.b_to_a.mean, whole.b_to_a.mean, 1e-7 * whole.b_to_a.mean);
@@ -152,21 +166,16 @@ TEST(MeasurePartsTest, EachPartIsMeasuredByItself) {
   const InParts in_parts(Rough(8));
   const SurfaceParts surface = in_parts.Parts();
   const SearchableShape points = PointsAround();
-  const MeasureOptions options{20000};
-  const RunContext context;
   PagesInMemory pages(points.shape, 130);
-  const PartsError together = MeasureParts(surface, options, context, &pages).value();
+  const PartsError together = MeasureAll(surface, &pages);
+  const RunContext context;
   std::vector<MeasuredPart> measured(static_cast<size_t>(surface.count));
   for (int i = surface.count - 1; i >= 0; --i) {
     const PagesInMemory untouched(points.shape, 130);
-    measured[i] = MeasurePart(surface, i, options, context, untouched).value();
+    measured[i] = MeasurePart(surface, i, {20000}, context, untouched).value();
   }
   pages.ForgetDistances();
-  for (MeasuredPart& part : measured) {
-    ASSERT_TRUE(TakeDistances(&part, &pages).ok());
-    EXPECT_EQ(part.squared_of_points.capacity(), 0U);  // all parts together are as many as the scan
-    EXPECT_EQ(part.in_reach.capacity(), 0U);
-  }
+  for (MeasuredPart& part : measured) ASSERT_TRUE(TakeDistances(&part, &pages).ok());
   const PartsError apart = SumOfParts(surface, measured, context, &pages).value();
   EXPECT_EQ(apart.error.rms, together.error.rms);
   EXPECT_EQ(apart.error.across_rms, together.error.across_rms);
@@ -226,8 +235,7 @@ TEST(MeasurePartsTest, WhatHasNoPointsNearByFindsThoseFarOff) {
                      MeasureOptions{20000}, RunContext())
           .value();
   PagesInMemory pages(side, 50);
-  const TwoSidedError parts =
-      MeasureParts(in_parts.Parts(), MeasureOptions{20000}, RunContext(), &pages)->error;
+  const TwoSidedError parts = MeasureAll(in_parts.Parts(), &pages).error;
   EXPECT_GT(whole.a_to_b.max, 0.2);
   EXPECT_NEAR(parts.a_to_b.max, whole.a_to_b.max, 1e-9);
   EXPECT_NEAR(parts.a_to_b.rms, whole.a_to_b.rms, 0.01 * whole.a_to_b.rms);
