@@ -122,7 +122,6 @@ absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology t
                        {options.control.close_holes_below, options.control.bridge_gaps_below},
                        context));
     if (cut.faces.cols() < mesh.faces.cols()) {
-      if (mesh.quads()) TakeDiagonals(mesh, &cut);
       RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, cut, options, context));
     }
   }

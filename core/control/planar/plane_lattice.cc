@@ -12,15 +12,16 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/relax_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
+#include "core/control/topology/mesh_subset.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Face = std::array<int, 3>;
 using SlotFace = std::array<int64_t, 3>;
 
 constexpr int kSmallestIsland = 6;     // faces
@@ -104,100 +105,30 @@ ControlMesh WithVertices(const Lattice& lattice, const std::vector<SlotFace>& sl
   return mesh;
 }
 
-int Root(std::vector<int>* parent, int i) {
-  while ((*parent)[i] != i) i = (*parent)[i] = (*parent)[(*parent)[i]];
-  return i;
+// With its vertices in the order of the lattice: they are relaxed one after the other.
+ControlMesh RowByRow(const ControlMesh& mesh) {
+  std::vector<int> order(static_cast<size_t>(mesh.vertices.cols())), place(order.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(
+      order, {}, [&](int v) { return std::pair(mesh.vertices(1, v), mesh.vertices(0, v)); });
+  for (size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<int>(i);
+  ControlMesh sorted;
+  sorted.vertices = mesh.vertices(Eigen::all, order);
+  sorted.faces = mesh.faces.unaryExpr([&](int v) { return place[v]; });
+  return sorted;
 }
 
-// The faces of `around` (all hold `vertex`) that do not belong to the largest fan.
-std::vector<int> SmallerFans(const std::vector<Face>& faces, const std::vector<int>& around,
-                             int vertex) {
-  const int count = static_cast<int>(around.size());
-  std::vector<int> parent(around.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < i; ++j) {
-      int shared = 0;
-      for (const int v : faces[around[i]]) {
-        const Face& other = faces[around[j]];
-        shared += v != vertex && std::find(other.begin(), other.end(), v) != other.end() ? 1 : 0;
-      }
-      if (shared > 0) parent[Root(&parent, i)] = Root(&parent, j);
-    }
+// The faces of `mesh` but those of small islands, each fan with a vertex of its own.
+ControlMesh WithoutIslands(const ControlMesh& mesh) {
+  ControlMesh split = SplitFans(mesh).mesh;
+  DisjointSets islands = JoinedVertices(split.faces, static_cast<int>(split.vertices.cols()));
+  std::vector<int> size(static_cast<size_t>(split.vertices.cols()), 0);
+  for (const auto face : split.faces.colwise()) ++size[islands.Find(face[0])];
+  std::vector<uint8_t> keep;
+  for (const auto face : split.faces.colwise()) {
+    keep.push_back(size[islands.Find(face[0])] >= kSmallestIsland ? 1 : 0);
   }
-  std::vector<int> size(around.size(), 0);
-  for (int i = 0; i < count; ++i) ++size[Root(&parent, i)];
-  const auto largest = static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
-  std::vector<int> smaller;
-  for (int i = 0; i < count; ++i) {
-    if (Root(&parent, i) != largest) smaller.push_back(around[i]);
-  }
-  return smaller;
-}
-
-void Erase(const std::vector<uint8_t>& erased, std::vector<Face>* faces) {
-  size_t kept = 0;
-  for (size_t f = 0; f < faces->size(); ++f) {
-    if (erased[f] == 0) (*faces)[kept++] = (*faces)[f];
-  }
-  faces->resize(kept);
-}
-
-// Until no vertex joins two fans.
-void RemoveBowTies(int vertex_count, std::vector<Face>* faces) {
-  for (bool changed = true; changed;) {
-    std::vector<std::vector<int>> around(static_cast<size_t>(vertex_count));
-    for (size_t f = 0; f < faces->size(); ++f) {
-      for (const int v : (*faces)[f]) around[v].push_back(static_cast<int>(f));
-    }
-    std::vector<uint8_t> erased(faces->size(), 0);
-    changed = false;
-    for (int v = 0; v < vertex_count; ++v) {
-      if (around[v].size() < 2) continue;
-      for (const int f : SmallerFans(*faces, around[v], v)) {
-        erased[f] = 1;
-        changed = true;
-      }
-    }
-    Erase(erased, faces);
-  }
-}
-
-void RemoveIslands(int vertex_count, std::vector<Face>* faces) {
-  std::vector<int> parent(static_cast<size_t>(vertex_count));
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const Face& face : *faces) {
-    parent[Root(&parent, face[0])] = Root(&parent, face[1]);
-    parent[Root(&parent, face[1])] = Root(&parent, face[2]);
-  }
-  std::vector<int> size(static_cast<size_t>(vertex_count), 0);
-  for (const Face& face : *faces) ++size[Root(&parent, face[0])];
-  std::vector<uint8_t> erased(faces->size());
-  for (size_t f = 0; f < faces->size(); ++f) {
-    erased[f] = size[Root(&parent, (*faces)[f][0])] < kSmallestIsland ? 1 : 0;
-  }
-  Erase(erased, faces);
-}
-
-// Of `mesh` these faces, and the vertices they use.
-ControlMesh Compact(const ControlMesh& mesh, const std::vector<Face>& faces) {
-  std::vector<int> renumbered(static_cast<size_t>(mesh.vertices.cols()), -1);
-  for (const Face& face : faces) {
-    for (const int v : face) renumbered[v] = 0;
-  }
-  ControlMesh compact;
-  int count = 0;
-  compact.vertices.resize(3, std::count(renumbered.begin(), renumbered.end(), 0));
-  for (size_t v = 0; v < renumbered.size(); ++v) {
-    if (renumbered[v] < 0) continue;
-    compact.vertices.col(count) = mesh.vertices.col(static_cast<int64_t>(v));
-    renumbered[v] = count++;
-  }
-  compact.faces.resize(3, static_cast<int64_t>(faces.size()));
-  for (size_t f = 0; f < faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k) compact.faces(k, static_cast<int64_t>(f)) = renumbered[faces[f][k]];
-  }
-  return compact;
+  return RowByRow(KeepFaces(split, keep).mesh);
 }
 
 double SignedRoundness(const ControlMesh& mesh, int face) {
@@ -209,25 +140,14 @@ double SignedRoundness(const ControlMesh& mesh, int face) {
 }
 
 // Moves boundary vertices along the depth's slope to where it is zero, as far as the faces allow.
-void DrawToBorder(const OccupiedArea& area, double edge, ControlMesh* mesh) {
-  const auto vertex_count = static_cast<size_t>(mesh->vertices.cols());
-  std::vector<std::vector<int>> around(vertex_count);
-  std::vector<std::pair<int, int>> edges;
-  for (int f = 0; f < mesh->faces.cols(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      around[mesh->faces(k, f)].push_back(f);
-      edges.push_back(std::minmax(mesh->faces(k, f), mesh->faces((k + 1) % 3, f)));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  std::vector<uint8_t> boundary(vertex_count, 0);
-  for (size_t i = 0, j = 0; i < edges.size(); i = j) {
-    for (j = i + 1; j < edges.size() && edges[j] == edges[i];) ++j;
-    if (j == i + 1) boundary[edges[i].first] = boundary[edges[i].second] = 1;
-  }
+absl::Status DrawToBorder(const OccupiedArea& area, double edge, const RunContext& context,
+                          ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      const HalfEdgeMesh half_edges,
+      HalfEdgeMesh::Build(mesh->faces, static_cast<int>(mesh->vertices.cols()), context));
   const double step = area.cell;
-  for (int v = 0; v < static_cast<int>(vertex_count); ++v) {
-    if (boundary[v] == 0) continue;
+  for (int v = 0; v < half_edges.vertex_slots(); ++v) {
+    if (!half_edges.OnBoundary(v)) continue;
     const Vector2d start = mesh->vertices.col(v).head<2>();
     Vector2d target = start;
     for (int round = 0; round < 3; ++round) {
@@ -241,13 +161,14 @@ void DrawToBorder(const OccupiedArea& area, double edge, ControlMesh* mesh) {
     if (move.norm() > kFarthestDraw * edge) move *= kFarthestDraw * edge / move.norm();
     for (int attempt = 0; attempt < 4; ++attempt, move *= 0.6) {
       mesh->vertices.col(v).head<2>() = start + move;
-      const bool fine = std::all_of(around[v].begin(), around[v].end(), [&](int f) {
-        return SignedRoundness(*mesh, f) > kMinRoundness;
-      });
+      bool fine = true;
+      half_edges.ForEachOutgoing(
+          v, [&](int h) { fine &= SignedRoundness(*mesh, h / 3) > kMinRoundness; });
       if (fine) break;
       mesh->vertices.col(v).head<2>() = start;
     }
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -257,20 +178,14 @@ absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edg
   const Lattice lattice(area, edge);
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SlotFace> slot_faces,
                            FacesInside(lattice, area, context));
-  const ControlMesh whole = WithVertices(lattice, slot_faces);
-  std::vector<Face> faces;
-  faces.reserve(slot_faces.size());
-  for (const auto face : whole.faces.colwise()) faces.push_back({face[0], face[1], face[2]});
-  RemoveBowTies(static_cast<int>(whole.vertices.cols()), &faces);
-  RemoveIslands(static_cast<int>(whole.vertices.cols()), &faces);
+  ControlMesh mesh = WithoutIslands(WithVertices(lattice, slot_faces));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  ControlMesh mesh = Compact(whole, faces);
-  if (faces.empty()) return mesh;
-  DrawToBorder(area, edge, &mesh);
+  if (mesh.faces.cols() == 0) return mesh;
+  RILIEVO_RETURN_IF_ERROR(DrawToBorder(area, edge, context, &mesh));
   RelaxTangentially(&mesh, kLatticeRounds);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ImproveValence(&mesh);
-  DrawToBorder(area, edge, &mesh);
+  RILIEVO_RETURN_IF_ERROR(DrawToBorder(area, edge, context, &mesh));
   RelaxTangentially(&mesh, kLatticeRounds);
   return mesh;
 }

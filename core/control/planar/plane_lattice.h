@@ -9,9 +9,10 @@
 namespace rilievo {
 
 // Equilateral triangles with sides of about `edge` that fill the area, boundary vertices drawn onto
-// its border. Each vertex has one fan of faces (no bow-ties); islands too small for six faces are
-// left out. Time and memory grow with the area and not with the rectangle around it. Third
-// coordinate 0; counter-clockwise seen from above. No faces when the area is smaller than that.
+// its border. Each fan of faces has a vertex of its own (no bow-ties); islands too small for six
+// faces are left out. Time and memory grow with the area and not with the rectangle around it.
+// Third coordinate 0; counter-clockwise seen from above. No faces when the area is smaller than
+// that.
 absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edge,
                                             const RunContext& context);
 

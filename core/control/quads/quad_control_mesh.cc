@@ -171,21 +171,4 @@ void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face) {
   });
 }
 
-void TakeDiagonals(const ControlMesh& quads, ControlMesh* part) {
-  using Place = std::array<double, 3>;
-  const auto place = [](const ControlMesh& mesh, int v) -> Place {
-    return {mesh.vertices(0, v), mesh.vertices(1, v), mesh.vertices(2, v)};
-  };
-  const auto ends = [&](const ControlMesh& mesh, const std::array<int, 2>& edge) {
-    return std::pair<Place, Place>(std::minmax({place(mesh, edge[0]), place(mesh, edge[1])}));
-  };
-  std::set<std::pair<Place, Place>> diagonals;
-  for (const auto& diagonal : quads.diagonals) diagonals.insert(ends(quads, diagonal));
-  part->diagonals.clear();
-  ForEachInnerEdge(*part, [&](const std::array<int, 2>& edge, int, int) {
-    if (diagonals.contains(ends(*part, edge))) part->diagonals.push_back(edge);
-  });
-  std::sort(part->diagonals.begin(), part->diagonals.end());
-}
-
 }  // namespace rilievo

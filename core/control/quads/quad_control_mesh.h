@@ -20,8 +20,4 @@ absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh);
 // mean.
 void ShareBetweenHalves(const ControlMesh& quads, std::vector<float>* of_face);
 
-// Makes those edges of `*part` diagonals that lie where diagonals of `quads` do. `part`: whole
-// quads of `quads`, their control points where they were, numbered anew.
-void TakeDiagonals(const ControlMesh& quads, ControlMesh* part);
-
 }  // namespace rilievo

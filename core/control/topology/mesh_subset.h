@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/geometry/disjoint_sets.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
@@ -17,7 +18,10 @@ struct MeshSubset {
 // Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
 MeshSubset SplitFans(const ControlMesh& mesh);
 
-// The faces whose flag is 1, with their fans split.
+// Of vertices that faces join. Pieces that meet at a vertex are one unless their fans were split.
+DisjointSets JoinedVertices(const Eigen::Matrix3Xi& faces, int vertex_count);
+
+// The faces whose flag is 1, with their fans split, their creases, corners and diagonals.
 MeshSubset KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face);
 
 }  // namespace rilievo

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -12,7 +11,6 @@
 #include "core/control/topology/mesh_subset.h"
 #include "core/control/topology/surface_support.h"
 #include "core/geometry/connected_parts.h"
-#include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
 #include "core/points/belonging.h"
@@ -45,22 +43,21 @@ struct FaceRegion {
   bool touches_boundary = false;
 };
 
-// `taken`: per face, 1 for those already in a region or of the other flag.
-FaceRegion RegionOf(const MeshTopology& topology, int seed, std::vector<uint8_t>* taken) {
-  FaceRegion region;
-  region.faces.push_back(seed);
-  (*taken)[seed] = 1;
-  for (size_t i = 0; i < region.faces.size(); ++i) {
-    for (const int neighbor : topology.face_neighbors.col(region.faces[i])) {
-      if (neighbor < 0) {
-        region.touches_boundary = true;
-      } else if ((*taken)[neighbor] == 0) {
-        (*taken)[neighbor] = 1;
-        region.faces.push_back(neighbor);
-      }
+std::vector<FaceRegion> RegionsOf(const MeshTopology& topology,
+                                  const std::vector<uint8_t>& marked) {
+  int count = 0;
+  const std::vector<int> number = ConnectedParts(
+      marked, [&](int f) { return topology.face_neighbors.col(f); }, &count);
+  std::vector<FaceRegion> regions(static_cast<size_t>(count));
+  for (int f = 0; f < topology.face_count(); ++f) {
+    if (number[f] < 0) continue;
+    FaceRegion& region = regions[number[f]];
+    region.faces.push_back(f);
+    for (const int neighbor : topology.face_neighbors.col(f)) {
+      if (neighbor < 0) region.touches_boundary = true;
     }
   }
-  return region;
+  return regions;
 }
 
 // The diameter of its bounding box, in spacings of the points nearest to its corners.
@@ -124,23 +121,6 @@ absl::StatusOr<bool> IsBridge(const ControlMesh& mesh, const MeshTopology& topol
   return true;
 }
 
-// The kept faces with the tags of their edges and vertices.
-ControlMesh KeptPart(const ControlMesh& mesh, const std::vector<uint8_t>& keep) {
-  MeshSubset part = KeepFaces(mesh, keep);
-  const std::vector<int>& source = part.source_vertex;
-  std::map<std::pair<int, int>, float> sharpness;
-  for (const Crease& crease : mesh.creases) sharpness[{crease.a, crease.b}] = crease.sharpness;
-  const auto count = static_cast<int>(source.size());
-  ForEachEdge(part.mesh.faces, count, [&](int low, int high, const HalfEdgeGroup& /*edge*/) {
-    const auto crease = sharpness.find(std::minmax(source[low], source[high]));
-    if (crease != sharpness.end()) part.mesh.creases.push_back({low, high, crease->second});
-  });
-  for (int v = 0; v < count; ++v) {
-    if (std::ranges::binary_search(mesh.corners, source[v])) part.mesh.corners.push_back(v);
-  }
-  return std::move(part.mesh);
-}
-
 }  // namespace
 
 absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
@@ -171,19 +151,18 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  std::vector<uint8_t> taken(unmeasured.size()), keep(unmeasured.size(), 1);
-  for (size_t f = 0; f < taken.size(); ++f) {
-    taken[f] = static_cast<double>(unmeasured[f]) < kUnmeasuredShare;
+  std::vector<uint8_t> measured(unmeasured.size()), bare(measured), keep(unmeasured.size(), 1);
+  for (size_t f = 0; f < measured.size(); ++f) {
+    measured[f] = static_cast<double>(unmeasured[f]) < kUnmeasuredShare;
+    bare[f] = measured[f] == 0;
   }
   std::vector<int> part;  // of measured faces
   if (filled.gap > 0) {
     int parts = 0;
     part = ConnectedParts(
-        taken, [&](int f) { return topology.face_neighbors.col(f); }, &parts);
+        measured, [&](int f) { return topology.face_neighbors.col(f); }, &parts);
   }
-  for (int f = 0; f < topology.face_count(); ++f) {
-    if (taken[f] != 0) continue;
-    const FaceRegion region = RegionOf(topology, f, &taken);
+  for (const FaceRegion& region : RegionsOf(topology, bare)) {
     if (!region.touches_boundary &&
         (WidthInSpacings(mesh, region, cloud, index) <= kFilledHoleSpacings ||
          RimLength(mesh, topology, region) < filled.rim)) {
@@ -198,7 +177,7 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
   }
   if (std::count(keep.begin(), keep.end(), 0) == 0) return mesh;
   if (std::count(keep.begin(), keep.end(), 1) == 0) return mesh;
-  return KeptPart(mesh, keep);
+  return KeepFaces(mesh, keep).mesh;
 }
 
 }  // namespace rilievo
