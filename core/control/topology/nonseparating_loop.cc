@@ -6,6 +6,8 @@
 #include <queue>
 #include <utility>
 
+#include "core/geometry/disjoint_sets.h"
+
 namespace rilievo {
 
 namespace {
@@ -141,18 +143,12 @@ void NonseparatingLoopFinder::CollectEdges() {
   }
 }
 
-int NonseparatingLoopFinder::FindSet(int element) {
-  while (sets_[element] != element) element = sets_[element] = sets_[sets_[element]];
-  return element;
-}
-
 // Boundary edges of the disc that share a vertex belong to one boundary loop, so the disc counts as
 // pinched there: it then has fewer handles than it may have, never more.
 int NonseparatingLoopFinder::CapBoundary() {
   if (border_.empty()) return 0;
   Provide(topology_.edge_count(), &boundary_set_);
-  sets_.resize(border_.size());
-  std::iota(sets_.begin(), sets_.end(), 0);
+  DisjointSets joined(border_.size());
   std::vector<std::pair<int, int>> ends;
   for (size_t i = 0; i < border_.size(); ++i) {
     for (int k = 0; k < 2; ++k) {
@@ -161,13 +157,12 @@ int NonseparatingLoopFinder::CapBoundary() {
   }
   std::sort(ends.begin(), ends.end());
   for (size_t i = 1; i < ends.size(); ++i) {
-    if (ends[i].first == ends[i - 1].first)
-      sets_[FindSet(ends[i].second)] = FindSet(ends[i - 1].second);
+    if (ends[i].first == ends[i - 1].first) joined.Unite(ends[i].second, ends[i - 1].second);
   }
   std::vector<int> number(border_.size(), -1);
   int loops = 0;
-  for (size_t i = 0; i < border_.size(); ++i) {
-    int& set = number[FindSet(static_cast<int>(i))];
+  for (uint32_t i = 0; i < border_.size(); ++i) {
+    int& set = number[joined.Find(i)];
     if (set < 0) set = loops++;
     boundary_set_[border_[i]] = set;
   }
@@ -194,8 +189,7 @@ std::vector<NonseparatingLoopFinder::LoopEdge> NonseparatingLoopFinder::LoopEdge
   }
   std::sort(candidates.begin(), candidates.end(), std::greater<>());
   const int face_count = static_cast<int>(disc_faces_.size());
-  sets_.resize(face_count + boundary_loops);
-  std::iota(sets_.begin(), sets_.end(), 0);
+  DisjointSets joined(static_cast<size_t>(face_count + boundary_loops));
   for (const LoopEdge& candidate : candidates) {
     const int e = candidate.edge;
     int dual[2], found = 0;
@@ -204,9 +198,8 @@ std::vector<NonseparatingLoopFinder::LoopEdge> NonseparatingLoopFinder::LoopEdge
       if (f >= 0 && IsInDisc(f)) dual[found++] = face_slot_[f];
     }
     if (found == 1) dual[1] = face_count + boundary_set_[e];
-    const int a = FindSet(dual[0]), b = FindSet(dual[1]);
-    if (a != b) {
-      sets_[a] = b;
+    if (joined.Find(dual[0]) != joined.Find(dual[1])) {
+      joined.Unite(dual[0], dual[1]);
     } else if (found == 2) {
       closing.push_back(candidate);
     }

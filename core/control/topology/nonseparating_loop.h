@@ -67,7 +67,6 @@ class NonseparatingLoopFinder {
   // Those off the tree of the last disc and off its cotree; none where it has no handle.
   std::vector<LoopEdge> LoopEdges();
   std::vector<int> TreeLoop(int closing_edge) const;
-  int FindSet(int element);
 
   const MeshTopology& topology_;
   const Eigen::Matrix3Xd& vertices_;
@@ -78,7 +77,6 @@ class NonseparatingLoopFinder {
   std::vector<int> disc_vertices_, disc_faces_, disc_edges_, border_;  // of edges with one face
   int used_vertices_ = 0;                                              // those of the disc's edges
   std::vector<int> boundary_set_;  // per edge of the disc's boundary, valid where on it
-  std::vector<int> sets_;          // union-find over faces, then boundary loops
   int stamp_ = 0;
 };
 

@@ -17,20 +17,18 @@ namespace rilievo {
 namespace {
 
 constexpr int kMaxSweeps = 16;
-constexpr int kTightenings = 3;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
 std::vector<int> Tighten(std::vector<int> loop, double radius, NonseparatingLoopFinder* finder) {
-  for (int round = 0; round < kTightenings; ++round) {
+  for (;;) {
     std::vector<int> shorter = loop;
     for (const size_t part : {size_t{0}, loop.size() / 3, 2 * loop.size() / 3}) {
       const std::vector<int> found = finder->LoopAround(loop[part], radius);
       if (!found.empty() && finder->Length(found) < finder->Length(shorter)) shorter = found;
     }
-    if (shorter == loop) break;
+    if (shorter == loop) return loop;
     loop = std::move(shorter);
   }
-  return loop;
 }
 
 // A loop no longer than `max_length` near `root`, empty where none is found. The shortest loop
@@ -45,21 +43,14 @@ std::vector<int> ShortLoop(int root, double max_length, double step,
   return loop;
 }
 
-// Flagged vertices, each as the seed of those within `reach` of it that no seed before has.
-struct Seeds {
-  std::vector<int> at;
-  std::vector<int> of;  // per vertex: index into `at`, -1 where not flagged
-};
-
-Seeds SpreadSeeds(const std::vector<uint8_t>& flagged, double reach,
-                  NonseparatingLoopFinder* finder) {
-  Seeds seeds{{}, std::vector<int>(flagged.size(), -1)};
+// Flagged vertices, within `reach` of one of which each other one lies.
+std::vector<int> SpreadSeeds(std::vector<uint8_t> flagged, double reach,
+                             NonseparatingLoopFinder* finder) {
+  std::vector<int> seeds;
   for (int seed = 0; seed < static_cast<int>(flagged.size()); ++seed) {
-    if (flagged[seed] == 0 || seeds.of[seed] >= 0) continue;
-    for (const int v : finder->Disc(seed, reach)) {
-      if (flagged[v] != 0 && seeds.of[v] < 0) seeds.of[v] = static_cast<int>(seeds.at.size());
-    }
-    seeds.at.push_back(seed);
+    if (flagged[seed] == 0) continue;
+    for (const int v : finder->Disc(seed, reach)) flagged[v] = 0;
+    seeds.push_back(seed);
   }
   return seeds;
 }
@@ -109,7 +100,7 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
   std::vector<std::vector<int>> found, tightened;
   {
     ScratchPool<NonseparatingLoopFinder> finders(prototype);
-    const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
+    const std::vector<int> seeds = SpreadSeeds(*search, step, &finder);
     // Of two loops of one handle the first decides, so those short as they are found need no
     // tightening yet.
     found.resize(seeds.size());
