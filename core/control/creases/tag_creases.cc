@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -11,9 +10,9 @@
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
 #include "core/control/simplify/collapse_guards.h"
+#include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/quadric.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
 #include "core/points/point_support.h"
 
@@ -74,25 +73,13 @@ absl::Status DropPoorRuns(const MeshTopology& topology,
   return absl::OkStatus();
 }
 
-bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, int vertex,
-                       const Vector3d& moved) {
-  for (int face : faces) {
-    std::array<Vector3d, 3> corners;
-    for (int k = 0; k < 3; ++k) {
-      const int v = mesh.faces(k, face);
-      corners[k] = v == vertex ? moved : Vector3d(mesh.vertices.col(v));
-    }
-    const Vector3d after = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    const Vector3d before = FaceCross(mesh.vertices, mesh.faces, face);
-    if (!(after.dot(before) > kLeastUpright * after.norm() * before.norm())) return false;
-  }
-  return true;
-}
-
-void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
-                     const MeshTopology& topology,
-                     const std::vector<EdgeClassification>& judgements,
-                     const std::vector<uint8_t>& tags, ControlMesh* mesh) {
+absl::Status MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
+                             const MeshTopology& topology,
+                             const std::vector<EdgeClassification>& judgements,
+                             const std::vector<uint8_t>& tags, const RunContext& context,
+                             ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const HalfEdgeMesh half_edges,
+                           HalfEdgeMesh::Build(mesh->faces, topology.vertex_count, context));
   std::vector<Quadric> quadrics(static_cast<size_t>(topology.vertex_count));
   std::vector<double> reach(quadrics.size(), 0);
   for (int e = 0; e < topology.edge_count(); ++e) {
@@ -106,10 +93,6 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
       reach[v] = std::max(reach[v], 3 * judgements[e].planes->spacing);
     }
   }
-  std::vector<std::vector<int>> faces(quadrics.size());
-  for (int f = 0; f < topology.face_count(); ++f) {
-    for (int k = 0; k < 3; ++k) faces[topology.faces(k, f)].push_back(f);
-  }
   for (int v = 0; v < topology.vertex_count; ++v) {
     if (!(reach[v] > 0)) continue;
     const Vector3d from = mesh->vertices.col(v);
@@ -119,13 +102,14 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();
     for (double share : {1.0, 0.5, 0.25}) {
       const Vector3d to = from + share * way;
-      if (!KeepsFacesUpright(*mesh, faces[v], v, to) ||
+      if (!KeepsFacesUpright(mesh->vertices, half_edges, v, to) ||
           !HasSupport(cloud, index, to, kReachSpacings))
         continue;
       mesh->vertices.col(v) = to;
       break;
     }
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -138,7 +122,7 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<EdgeClassification> judgements,
                            ClassifyEdges(cloud, index, *mesh, topology, context));
   std::vector<uint8_t> tags = Tags(topology, judgements);
-  MoveOntoCreases(cloud, index, topology, judgements, tags, mesh);
+  RILIEVO_RETURN_IF_ERROR(MoveOntoCreases(cloud, index, topology, judgements, tags, context, mesh));
   RILIEVO_RETURN_IF_ERROR(DropPoorRuns(topology, judgements, mesh, &tags));
   if (mesh->creases.empty()) *mesh = given;
   return absl::OkStatus();

@@ -25,6 +25,19 @@ double Roundness(const Vector3d& a, const Vector3d& b, const Vector3d& c, const 
   return edges > 0 ? 2 * std::numbers::sqrt3 * cross.norm() / edges : 0;
 }
 
+bool KeepsFacesUpright(const Eigen::Matrix3Xd& vertices, const HalfEdgeMesh& mesh, int v,
+                       const Vector3d& moved) {
+  const Vector3d from = vertices.col(v);
+  bool upright = true;
+  mesh.ForEachOutgoing(v, [&](int h) {
+    const Vector3d b = vertices.col(mesh.To(h));
+    const Vector3d c = vertices.col(mesh.From(HalfEdgeMesh::Previous(h)));
+    const Vector3d before = (b - from).cross(c - from), after = (b - moved).cross(c - moved);
+    upright &= after.dot(before) > kLeastUpright * after.norm() * before.norm();
+  });
+  return upright;
+}
+
 bool CollapseGuards::KeepShape(int a, int b, const Vector3d& position, double roundness) const {
   if (ClearlyKeepShape(a, b, position, roundness) && ClearlyKeepShape(b, a, position, roundness)) {
     return true;

@@ -73,19 +73,6 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
   return quadric.Minimum(position);
 }
 
-bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v,
-                       const Vector3d& moved) {
-  bool upright = true;
-  half_edges.ForEachOutgoing(v, [&](int h) {
-    const int to = half_edges.To(h);
-    const int apex = half_edges.From(HalfEdgeMesh::Previous(h));
-    const Vector3d before = Cross(mesh, v, to, apex);
-    const Vector3d after = (mesh.vertices.col(to) - moved).cross(mesh.vertices.col(apex) - moved);
-    upright &= after.dot(before) > kLeastUpright * after.norm() * before.norm();
-  });
-  return upright;
-}
-
 }  // namespace
 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
@@ -107,7 +94,7 @@ void RelaxTangentially(ControlMesh* mesh, int rounds) {
     for (int v = 0; v < half_edges->vertex_slots(); ++v) {
       if (!moves(v)) continue;
       const Vector3d moved = RelaxedPosition(*mesh, *half_edges, creases, holds[v], v);
-      if (moved.allFinite() && KeepsFacesUpright(*mesh, *half_edges, v, moved)) {
+      if (moved.allFinite() && KeepsFacesUpright(mesh->vertices, *half_edges, v, moved)) {
         mesh->vertices.col(v) = moved;
       }
     }
