@@ -22,25 +22,16 @@ using Eigen::Vector3d;
 
 constexpr int kMostPoints = 128;
 
-// How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
-// searched for in vain.
-int FirstAsked(const OrientedCloud& cloud) {
-  const int typical =
-      NeighborhoodSize(kPointsByBorder, kMostPoints, cloud.median_noise, cloud.median_spacing);
-  return typical > kPointsByBorder ? 1 : kPointsByBorder;
-}
-
 // Replaces the plane of a face; leaves it where the points around show no side of their own.
-// `first`: asked for before it is known how many are wanted.
-void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
-                 const Vector3d& center, Vector3d* face_normal, Vector3d* face_point) {
+void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& center,
+                 Vector3d* face_normal, Vector3d* face_point) {
   std::array<int, kMostPoints> found;
   std::array<double, kMostPoints> squared;
-  const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
-  int count = index.Nearest(center, most(first), found.data(), squared.data());
+  index.Nearest(center, 1, found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int wanted = most(NeighborhoodSize(kPointsByBorder, kMostPoints, noise, spacing));
-  if (wanted > count) count = index.Nearest(center, wanted, found.data(), squared.data());
+  const int wanted = NeighborhoodSize(kPointsByBorder, kMostPoints, noise, spacing);
+  const int count =
+      index.Nearest(center, std::min(wanted, index.size()), found.data(), squared.data());
   // The nearest of the face's side.
   int seed = count;
   for (int i = 0; i < count; ++i) {
@@ -103,12 +94,11 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
       if (vertex_normals.col(v).dot(planes.normals.col(f)) < kLeastFold) bent[v] = 1;
     }
   }
-  const int first = FirstAsked(cloud);
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(mesh.faces.cols(), kHeavyBlock, context, [&](int64_t f) {
     if (!bent[mesh.faces(0, f)] && !bent[mesh.faces(1, f)] && !bent[mesh.faces(2, f)]) return;
     Vector3d normal = planes.normals.col(f), point = planes.points.col(f);
     if (normal.isZero()) return;
-    ShiftToSide(cloud, index, first, planes.points.col(f), &normal, &point);
+    ShiftToSide(cloud, index, planes.points.col(f), &normal, &point);
     planes.normals.col(f) = normal;
     planes.points.col(f) = point;
   }));
