@@ -65,40 +65,13 @@ bool TriangulateLoop(const std::vector<int>& loop, int first, int last, CellTria
   return false;
 }
 
-// next[e]: the cell edge that follows e on the polygons, clockwise seen from the positive side.
-// Walking a cell face counter-clockwise from outside, a step from negative to positive opens a
-// segment and the step back, just before the same run of negative corners began, closes it: so
-// negative runs stay apart.
-std::array<int, 12> LinkSegments(int negative_corners) {
-  std::array<int, 12> next;
-  next.fill(-1);
-  const auto negative = [&](int corner) { return ((negative_corners >> corner) & 1) != 0; };
-  for (const auto& face : kCellFaces) {
-    for (int k = 0; k < 4; ++k) {
-      if (!negative(face[k]) || negative(face[(k + 1) % 4])) continue;
-      int start = k;
-      while (negative(face[(start + 3) % 4])) start = (start + 3) % 4;
-      const int leave = EdgeBetween(face[k], face[(k + 1) % 4]);
-      const int enter = EdgeBetween(face[(start + 3) % 4], face[start]);
-      next[leave] = enter;
-    }
-  }
-  return next;
-}
-
 CellTriangles ComputeCell(int negative_corners) {
+  CellPolygons<12> polygons;
+  const auto is_negative = [&](int corner) { return ((negative_corners >> corner) & 1) != 0; };
+  for (const auto& face : kCellFaces) polygons.WalkFace(face, is_negative, EdgeBetween);
   CellTriangles cell;
-  std::array<int, 12> next = LinkSegments(negative_corners);
-  for (int edge = 0; edge < 12; ++edge) {
-    if (next[edge] < 0) continue;
-    std::vector<int> loop;
-    for (int e = edge; next[e] >= 0;) {
-      loop.push_back(e);
-      const int following = next[e];
-      next[e] = -1;
-      e = following;
-    }
-    TriangulateLoop(loop, 0, static_cast<int>(loop.size()) - 1, &cell);
+  for (const std::vector<int>& polygon : polygons.Take()) {
+    TriangulateLoop(polygon, 0, static_cast<int>(polygon.size()) - 1, &cell);
   }
   return cell;
 }

@@ -8,11 +8,12 @@ namespace rilievo {
 namespace {
 
 // Places in a cell are numbered x + 3 y + 9 z, in half cells.
-constexpr int kPlaces = 27;
-constexpr int kStep[3] = {1, 3, 9};
+constexpr int kPlaces = std::tuple_size_v<FinerNodes>;
+constexpr int kPlaceStride[3] = {1, 3, 9};
 
 int PlaceOfCorner(int corner) {
-  return 2 * (kStep[0] * (corner & 1) + kStep[1] * ((corner >> 1) & 1) + kStep[2] * (corner >> 2));
+  return 2 * (kPlaceStride[0] * (corner & 1) + kPlaceStride[1] * ((corner >> 1) & 1) +
+              kPlaceStride[2] * (corner >> 2));
 }
 
 // One cell, with the nodes of both levels at its places.
@@ -40,18 +41,12 @@ class TransitionCell {
   }
 
   EdgeLoops Loops() {
-    next_.fill(-1);
     for (const auto& face : kCellFaces) WalkFace(face);
     EdgeLoops loops;
-    for (int edge = 0; edge < static_cast<int>(next_.size()); ++edge) {
-      std::vector<GridEdge> loop;
-      for (int e = edge; next_[e] >= 0;) {
-        loop.push_back(EdgeOf(e));
-        const int following = next_[e];
-        next_[e] = -1;
-        e = following;
-      }
-      if (loop.size() > 2) loops.push_back(std::move(loop));
+    for (const std::vector<int>& polygon : polygons_.Take()) {
+      if (polygon.size() < 3) continue;
+      std::vector<GridEdge>& loop = loops.emplace_back();
+      for (const int edge : polygon) loop.push_back(EdgeOf(edge));
     }
     return loops;
   }
@@ -79,24 +74,17 @@ class TransitionCell {
     WalkPolygon(polygon);
   }
 
-  // Joins the edge on which each run of negative places ends to that on which it began.
   void WalkPolygon(std::span<const int> places) {
-    const size_t size = places.size();
-    for (size_t k = 0; k < size; ++k) {
-      if (!negative_[places[k]] || negative_[places[(k + 1) % size]]) continue;
-      size_t start = k;
-      while (negative_[places[(start + size - 1) % size]]) start = (start + size - 1) % size;
-      next_[EdgeNumber(places[k], places[(k + 1) % size])] =
-          EdgeNumber(places[(start + size - 1) % size], places[start]);
-    }
+    polygons_.WalkFace(
+        places, [&](int place) { return negative_[place]; }, EdgeNumber);
   }
 
   // An edge between two places of the cell: lower end, axis, and whether it is a whole side.
   static int EdgeNumber(int a, int b) {
     const int low = std::min(a, b), length = std::abs(a - b);
     for (int axis = 0; axis < 3; ++axis) {
-      if (length == kStep[axis]) return 3 * low + axis;
-      if (length == 2 * kStep[axis]) return 3 * (kPlaces + low) + axis;
+      if (length == kPlaceStride[axis]) return 3 * low + axis;
+      if (length == 2 * kPlaceStride[axis]) return 3 * (kPlaces + low) + axis;
     }
     return -1;
   }
@@ -104,12 +92,14 @@ class TransitionCell {
   GridEdge EdgeOf(int number) const {
     const int axis = number % 3, low = number / 3 % kPlaces;
     if (number < 3 * kPlaces) {
-      return {
-          .level = level_ + 1, .node = fine_[low], .next = fine_[low + kStep[axis]], .axis = axis};
+      return {.level = level_ + 1,
+              .node = fine_[low],
+              .next = fine_[low + kPlaceStride[axis]],
+              .axis = axis};
     }
     return {.level = level_,
             .node = coarse_[low],
-            .next = coarse_[low + 2 * kStep[axis]],
+            .next = coarse_[low + 2 * kPlaceStride[axis]],
             .axis = axis};
   }
 
@@ -117,7 +107,7 @@ class TransitionCell {
   std::array<int, kPlaces> coarse_;
   const FinerNodes& fine_;
   std::array<bool, kPlaces> negative_{};
-  std::array<int, 6 * kPlaces> next_;
+  CellPolygons<6 * kPlaces> polygons_;
 };
 
 }  // namespace
