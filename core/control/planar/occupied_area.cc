@@ -46,7 +46,7 @@ class LineTransform {
     }
   }
 
-  static constexpr float kFar = 1e18F;
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
 
  private:
   double Crossing(int p, int q) const {

@@ -12,7 +12,6 @@ namespace {
 // A collapse that makes edges of length h costs h^6: an area h^2 times a squared distance h^4. So
 // this weight halves them, which makes four faces of one.
 constexpr float kWeight = 64;
-constexpr int kMoreFaces = 3;
 
 // The weights of the faces of `mesh`.
 absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector3d>& points,
@@ -48,7 +47,7 @@ absl::StatusOr<ControlMesh> AdaptiveSimplify(const UncoveredPoints& lost, const 
   SimplifyOptions with_more = options;
   if (!lost.points.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(planes.weights, WeightsAround(lost.points, fine, context));
-    with_more.target_faces += kMoreFaces * lost.faces;
+    with_more.target_faces += 3 * lost.faces;
   }
   return SimplifyMesh(fine, with_more, context, &planes);
 }

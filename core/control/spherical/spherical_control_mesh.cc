@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
+#include "core/control/control_options.h"
 #include "core/control/planar/harmonic_fill.h"
 #include "core/control/planar/plane_frame.h"
 #include "core/control/planar/sheet_test.h"
@@ -22,7 +23,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kLeastCoverage = 0.5;  // share of directions that must meet points
-constexpr int kMostLevels = 7;          // 131 072 faces
 
 absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center,
                          const RunContext& context) {
@@ -108,8 +108,8 @@ std::vector<Hit> CollectHits(const OrientedCloud& cloud, const Vector3d& center,
 }
 
 int LevelsFor(int target_faces) {
-  const double steps = std::log2(std::max(target_faces, 8) / 8.0) / 2;
-  return std::clamp(static_cast<int>(std::lround(steps)), 1, kMostLevels);
+  const double steps = std::log2(std::clamp(target_faces, 8, kMostControlFaces) / 8.0) / 2;
+  return std::max(static_cast<int>(std::lround(steps)), 1);
 }
 
 }  // namespace
