@@ -11,6 +11,7 @@
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/control/simplify/collapse_guards.h"
+#include "core/geometry/disjoint_sets.h"
 
 namespace rilievo {
 namespace {
@@ -69,24 +70,13 @@ EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, ControlMesh input, const Simplif
 }
 
 void EdgeCollapser::FindComponents() {
-  component_.assign(static_cast<size_t>(mesh_.vertex_slots()), -1);
-  std::vector<int> stack;
-  for (int seed = 0; seed < mesh_.vertex_slots(); ++seed) {
-    if (component_[seed] >= 0 || mesh_.Outgoing(seed) < 0) continue;
-    const int id = static_cast<int>(component_open_.size());
-    component_open_.push_back(0);
-    component_[seed] = id;
-    stack.push_back(seed);
-    while (!stack.empty()) {
-      const int v = stack.back();
-      stack.pop_back();
-      if (mesh_.OnBoundary(v)) component_open_[id] = 1;
-      mesh_.ForEachNeighbor(v, [&](int neighbor, int) {
-        if (component_[neighbor] >= 0) return;
-        component_[neighbor] = id;
-        stack.push_back(neighbor);
-      });
-    }
+  DisjointSets components(static_cast<size_t>(mesh_.vertex_slots()));
+  for (int h = 0; h < 3 * mesh_.face_slots(); ++h) components.Unite(mesh_.From(h), mesh_.To(h));
+  component_.resize(static_cast<size_t>(mesh_.vertex_slots()));
+  component_open_.assign(component_.size(), 0);
+  for (int v = 0; v < mesh_.vertex_slots(); ++v) {
+    component_[v] = static_cast<int>(components.Find(v));
+    if (mesh_.OnBoundary(v)) component_open_[component_[v]] = 1;
   }
   for (int f = 0; f < mesh_.face_slots(); ++f) {
     ++whole_.component_faces[component_[mesh_.From(3 * f)]];

@@ -94,8 +94,8 @@ class EdgeCollapser {
   std::vector<Eigen::Vector3d> positions_;
   std::vector<Vertex> vertices_;
   std::vector<Eigen::Vector3f> reference_normal_;  // per face, of the input
-  std::vector<int> component_;                     // per vertex
-  std::vector<uint8_t> component_open_;
+  std::vector<int> component_;                     // per vertex, one of its component
+  std::vector<uint8_t> component_open_;            // by that vertex
   CreaseConstraints creases_;
   std::vector<Edge> edges_;
   Front whole_;
