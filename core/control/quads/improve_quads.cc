@@ -9,7 +9,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int kMostPasses = 20;
 // A turn for the valences may leave its quads this square, or as square as they were.
 constexpr double kSquareEnough = 0.4;
 // A turn that leaves the valences as good as they were must make the worse quad this much squarer.
@@ -166,9 +165,10 @@ bool TakeOut(int p, int v, PolygonSet* polygons) {
 
 }  // namespace
 
+// Each turn lowers the squared valences, or keeps them and makes the worst quad squarer: this ends.
 void ImproveQuads(PolygonSet* polygons) {
-  for (int pass = 0; pass < kMostPasses; ++pass) {
-    bool changed = false;
+  for (bool changed = true; changed;) {
+    changed = false;
     for (int p = 0; p < polygons->size(); ++p) {
       for (int i = 0; i < (*polygons)[p].size; ++i) {
         const int from = (*polygons)[p].At(i), to = (*polygons)[p].At(i + 1);
@@ -180,7 +180,6 @@ void ImproveQuads(PolygonSet* polygons) {
         break;
       }
     }
-    if (!changed) return;
   }
 }
 

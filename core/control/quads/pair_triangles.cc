@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -16,9 +17,6 @@ namespace {
 constexpr double kValenceWeight = 0.1;
 // Of a flat corner, in squared valences.
 constexpr double kFlatCorner = 4;
-// What a pair comes earlier by when one of the two has no other partner left; costs are about
-// kValenceWeight kMostChange.
-constexpr float kLastPartner = 50;
 // Steps across a smooth edge that crossing a crease, and ending at the boundary, are worth.
 constexpr double kCreaseSteps = 8, kBoundarySteps = 4;
 
@@ -34,7 +32,7 @@ std::array<int, 4> QuadAcross(const PolygonSet& polygons, const Side& side) {
           ApexOf(polygons[polygons.WithSide(from, to)], from)};
 }
 
-// Not negative; none where no two triangles lie there.
+// None where no two triangles lie there.
 std::optional<float> PairCost(const PolygonSet& polygons, const Side& side) {
   for (const int p : {polygons.WithSide(side[0], side[1]), polygons.WithSide(side[1], side[0])}) {
     if (p < 0 || polygons[p].size != 3) return std::nullopt;
@@ -44,10 +42,10 @@ std::optional<float> PairCost(const PolygonSet& polygons, const Side& side) {
   const std::array<int, 4> quad = QuadAcross(polygons, side);
   const double squareness = SquarenessOf(polygons, quad);
   if (squareness < kLeastSquareness) return std::nullopt;
-  constexpr double kMostChange = 1000;  // keeps the cost above 0
-  double change = std::max<double>(-kMostChange, polygons.ValenceChange(side, {}));
+  double change = polygons.ValenceChange(side, {});
   for (size_t i = 0; i < 4; ++i) change += IsFlatCorner(polygons, quad, i) ? kFlatCorner : 0;
-  return static_cast<float>(1 - squareness + kValenceWeight * (kMostChange + change));
+  // A KeyHeap takes no key below 0.
+  return static_cast<float>(std::exp(kValenceWeight * change - squareness));
 }
 
 int PartnersOf(const PolygonSet& polygons, int triangle) {
@@ -59,14 +57,10 @@ int PartnersOf(const PolygonSet& polygons, int triangle) {
   return count;
 }
 
-// The cost of a pair and how urgent it is: a triangle that is passed over with one partner left may
-// be left alone.
-std::optional<float> PairOrder(const PolygonSet& polygons, const Side& side) {
-  const std::optional<float> cost = PairCost(polygons, side);
-  if (!cost) return std::nullopt;
-  const bool last = PartnersOf(polygons, polygons.WithSide(side[0], side[1])) == 1 ||
-                    PartnersOf(polygons, polygons.WithSide(side[1], side[0])) == 1;
-  return last ? *cost : *cost + kLastPartner;  // a KeyHeap takes no key below 0
+// A triangle that is passed over with one partner left may be left alone.
+bool IsUrgent(const PolygonSet& polygons, const Side& side) {
+  return PartnersOf(polygons, polygons.WithSide(side[0], side[1])) == 1 ||
+         PartnersOf(polygons, polygons.WithSide(side[1], side[0])) == 1;
 }
 
 class GreedyPairing {
@@ -80,26 +74,30 @@ class GreedyPairing {
         if (side[0] < side[1]) Push(side);
       }
     }
-    while (!heap_.empty()) {
-      const uint64_t key = heap_.Pop();
-      const Side side = sides_[static_cast<size_t>(KeyHeap::IndexOf(key))];
-      const std::optional<float> order = PairOrder(polygons_, side);
-      if (!order) continue;
-      if (*order == KeyHeap::ValueOf(key)) {
+    while (!urgent_.empty() || !others_.empty()) {
+      KeyHeap& heap = urgent_.empty() ? others_ : urgent_;
+      const uint64_t key = heap.Pop();
+      const int number = KeyHeap::IndexOf(key);
+      const Side side = sides_[static_cast<size_t>(number)];
+      const std::optional<float> cost = PairCost(polygons_, side);
+      if (!cost) continue;
+      if (*cost == KeyHeap::ValueOf(key) && &HeapFor(side) == &heap) {
         Pair(side);
-      } else {  // valences have changed since
-        heap_.Push(KeyHeap::KeyOf(*order, KeyHeap::IndexOf(key)));
+      } else {  // valences or partners have changed since
+        HeapFor(side).Push(KeyHeap::KeyOf(*cost, number));
       }
     }
   }
 
  private:
   void Push(const Side& side) {
-    const std::optional<float> order = PairOrder(polygons_, side);
-    if (!order) return;
-    heap_.Push(KeyHeap::KeyOf(*order, static_cast<int>(sides_.size())));
+    const std::optional<float> cost = PairCost(polygons_, side);
+    if (!cost) return;
+    HeapFor(side).Push(KeyHeap::KeyOf(*cost, static_cast<int>(sides_.size())));
     sides_.push_back(side);
   }
+
+  KeyHeap& HeapFor(const Side& side) { return IsUrgent(polygons_, side) ? urgent_ : others_; }
 
   void Pair(const Side& side) {
     const std::array<int, 4> quad = QuadAcross(polygons_, side);
@@ -117,7 +115,7 @@ class GreedyPairing {
 
   PolygonSet& polygons_;
   std::vector<Side> sides_;
-  KeyHeap heap_;
+  KeyHeap urgent_, others_;
 };
 
 // The sides to cross, each of the polygon before it; the last one may lie on the boundary.

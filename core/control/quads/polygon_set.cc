@@ -5,6 +5,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/loop/crease_topology.h"
+
 namespace rilievo {
 namespace {
 
@@ -150,11 +152,7 @@ std::optional<ControlMesh> PolygonSet::ToControlMesh(const std::vector<int>& cor
   for (size_t f = 0; f < faces.size(); ++f) made.faces.col(static_cast<Eigen::Index>(f)) = faces[f];
   for (const int corner : corners) made.corners.push_back(renumbered(corner));
   std::sort(made.diagonals.begin(), made.diagonals.end());
-  const auto before = [](const Crease& x, const Crease& y) {
-    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
-  };
-  std::sort(made.creases.begin(), made.creases.end(), before);
-  made.creases.erase(std::unique(made.creases.begin(), made.creases.end()), made.creases.end());
+  SortTags(&made.creases, &made.corners);
   return made;
 }
 

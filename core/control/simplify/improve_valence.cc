@@ -23,7 +23,6 @@ struct FlipTraits : public OpenMesh::DefaultTraits {
 };
 using FlipMesh = OpenMesh::TriMesh_ArrayKernelT<FlipTraits>;
 
-constexpr int kMaxPasses = 10;
 // A flip for the valence may leave its faces this round (1: equilateral), or as round as they were.
 constexpr double kMinRoundness = 0.5;
 // A flip that leaves the valences as good as they were must make the worse face this much rounder.
@@ -155,9 +154,7 @@ void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees) {
     valence[vertex.idx()] = static_cast<int>(flip_mesh.valence(vertex));
   }
   const double least_cosine = std::cos(max_dihedral_degrees * std::numbers::pi / 180);
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
-    if (!FlipOnce(mesh->creases, &flip_mesh, &valence, least_cosine)) break;
-  }
+  while (FlipOnce(mesh->creases, &flip_mesh, &valence, least_cosine)) continue;
   for (const auto face : flip_mesh.faces()) {
     int corner = 0;
     for (const auto vertex : face.vertices()) {
