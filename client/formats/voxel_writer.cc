@@ -94,7 +94,7 @@ VoxelValues ValuesOf(const VoxelDistances& distances, std::string content,
   VoxelValues values{distances.grid(), std::move(content), "float", sizeof(float),
                      [&distances, context, at_once, at = 0,
                       layers = std::vector<float>()]() mutable -> absl::StatusOr<std::string_view> {
-                       FreeMemoryOf(&layers);  // its memory serves the next ones
+                       FreeMemoryOf(&layers);  // before there are the next ones
                        const int count = std::min(at_once, distances.grid().size.z() - at);
                        RILIEVO_ASSIGN_OR_RETURN(layers, distances.Layers(at, count, context));
                        at += count;

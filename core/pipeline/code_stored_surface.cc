@@ -189,15 +189,21 @@ class StoredCoding {
       RILIEVO_ASSIGN_OR_RETURN(
           MeasuredPart found,
           MeasurePart(parts, part, MeasureOptions{kCertifiedSamples}, own, *points_));
+      if (shared == nullptr) {
+        measured[static_cast<size_t>(part)] = std::move(found);
+        return std::vector<uint8_t>();
+      }
       ValueWriter writer;
       VisitMeasured(writer, found);
       return std::move(writer.bytes);
     };
     step.take = [&](int part, std::span<const uint8_t> of_part) -> absl::Status {
       MeasuredPart& found = measured[static_cast<size_t>(part)];
-      ValueReader reader(of_part);
-      VisitMeasured(reader, found);
-      if (!reader.Finished()) return NotOfPart(PartStep::kMeasured, part);
+      if (shared != nullptr) {
+        ValueReader reader(of_part);
+        VisitMeasured(reader, found);
+        if (!reader.Finished()) return NotOfPart(PartStep::kMeasured, part);
+      }
       const absl::Status taken = TakeDistances(&found, points_);
       return absl::IsDataLoss(taken) ? NotOfPart(PartStep::kMeasured, part) : taken;
     };

@@ -12,8 +12,8 @@
 namespace rilievo {
 namespace {
 
-// A part has stretches that one thread does alone, and two parts fit into the memory that the
-// coarse pass takes.
+// A part has stretches that one thread does alone, and two parts of the size asked for fit into the
+// memory that the coarse pass takes.
 constexpr int kAtOnce = 2;
 
 absl::Status RunAlone(const PartsOfStep& parts, const std::function<void(double)>& told,
@@ -22,8 +22,8 @@ absl::Status RunAlone(const PartsOfStep& parts, const std::function<void(double)
   loop.threads = std::clamp(context.ThreadCount(), 1, kAtOnce);
   RunContext own = context;
   own.progress = nullptr;  // others than the caller may not tell
-  own.threads =
-      parts.count == 1 ? context.ThreadCount() : std::max(1, context.ThreadCount() / loop.threads);
+  own.threads = parts.count == 1 ? context.ThreadCount()
+                                 : (context.ThreadCount() + loop.threads - 1) / loop.threads;
   const std::thread::id caller = std::this_thread::get_id();
   std::mutex taking;
   absl::Status failed;

@@ -20,8 +20,8 @@ struct PartsOfStep {
   // at once, each with a context of its own.
   std::function<absl::StatusOr<std::vector<uint8_t>>(int part, const RunContext& context)> make =
       {};
-  // Puts it where this process looks for it, in any order, one at a time. DATA_LOSS where the bytes
-  // are not of such a part.
+  // Puts it where this process looks for it, in any order, one at a time, on this thread alone.
+  // DATA_LOSS where the bytes are not of such a part.
   std::function<absl::Status(int part, std::span<const uint8_t> bytes)> take = {};
   // Whether an earlier run of this process has left it there; empty: none has.
   std::function<bool(int part)> is_there = {};

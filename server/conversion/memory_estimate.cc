@@ -41,9 +41,10 @@ constexpr int64_t kUpdatedVertex = 420, kUpdatedPoint = 400;
 // A control mesh has about so many faces at least, however few were asked for.
 constexpr int64_t kFewestMade = 64;
 // By parts: of a point of a part, with the four that the coarse pass sees for each, and of a
-// further one; beside what the smallest takes, a page with its halo. An upper bound: measured were
-// 41 MB of 20 000 points in parts of 2048, 86 MB of 200 000 in parts of 8192, 243 MB of 1 000 000
-// in parts of 131 072, and 1 113 MB of 10 000 000 in the usual ones.
+// further one; beside what the smallest takes, a page with its halo. More than even scans take, but
+// not than a part that cannot be cut smaller, for its points lie within a halo: measured were 41 MB
+// of 20 000 points in parts of 2048, 86 MB of 200 000 in parts of 8192, 243 MB of 1 000 000 in
+// parts of 131 072, and 1 113 MB of 10 000 000 in the usual ones.
 constexpr int64_t kSmallestParts = 85'000'000, kPartPoint = 1900, kFurtherPartPoint = 1280;
 // Of a page of the scan: the boxes of its stretches, and those of the runs of pages above them.
 constexpr int64_t kPageOfParts = 2600;

@@ -94,7 +94,8 @@ class Flip {
       if (facet.normal.dot(normal) < least_cosine) return false;
     }
     const double was = std::min(before[0].roundness, before[1].roundness);
-    return std::min(after[0].roundness, after[1].roundness) >= std::min(floor, required * was);
+    const double is = std::min(after[0].roundness, after[1].roundness);
+    return is > 0 && is >= std::min(floor, required * was);  // no flip to and fro of flat faces
   }
 
   // `creases`: ascending.
