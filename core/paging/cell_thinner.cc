@@ -15,7 +15,7 @@ constexpr double kUnsure = 0.05;
 constexpr double kUnfilled = 0.2;
 // Points of a cell that may lie at a border.
 constexpr double kMostAtBorder = 128;
-// How likely even points leave so many octants empty where a cell counts as one at a border.
+// A cell lies at a border if even points would leave as many octants empty with less probability.
 constexpr double kChance = 1e-3;
 constexpr double kStepsPerOctave = 16;
 
@@ -26,8 +26,8 @@ CellDetail DetailOf(double variance, double side) {
 }
 
 // Of the octants of a cube that the plane crosses near their middles, the share that holds no
-// points; 0 where that may be chance: n even points leave one of c with a probability of
-// exp(-n / c).
+// points; 0 if that may be chance. Of n points that are spread evenly over c octants none lies in a
+// given octant with probability exp(-n / c).
 double UnfilledShare(const Eigen::Vector3d& middle, double side, uint8_t octants, double points,
                      const Eigen::Vector3d& on_plane, const Eigen::Vector3d& normal) {
   const double near = side / 8 * normal.lpNorm<1>();

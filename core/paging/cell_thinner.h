@@ -27,8 +27,8 @@ using CellDetail = int;
 // limit for the whole scan. A cell is cut into its eight while its detail, or that of a cell in it,
 // is above the limit. The detail is the deviation of its points from their plane, times the square
 // root of its side, so that noise asks for even cells. Of each cell that is not cut the point
-// nearest to its middle is chosen. A cell of few points that the plane crosses but that the points
-// leave emptier than chance would lies at a border: above the limit all of its points are
+// nearest to its middle is chosen. A cell of few points lies at a border if its plane crosses
+// octants without points, more of them than chance explains: above the limit all of its points are
 // chosen.
 //
 // The points come once, in the order of the curve. Memory is that of the chosen points.

@@ -16,12 +16,12 @@ namespace rilievo {
 struct PartsOfStep {
   PartStep step = PartStep::kCoarse;
   int count = 0;
-  // What comes of a part: a function of the part, whatever was done before it. For several threads
-  // at once, each with a context of its own.
+  // Returns the result of a part, which depends on the part alone. Called from several threads at
+  // once, each with its own context.
   std::function<absl::StatusOr<std::vector<uint8_t>>(int part, const RunContext& context)> make =
       {};
-  // Puts it where this process looks for it, in any order, one at a time, on this thread alone.
-  // DATA_LOSS where the bytes are not of such a part.
+  // Puts the result where this process looks for it. Called for one part at a time, in any order;
+  // must not start threads, for a lock is held. DATA_LOSS if the bytes are not of such a part.
   std::function<absl::Status(int part, std::span<const uint8_t> bytes)> take = {};
   // Whether an earlier run of this process has left it there; empty: none has.
   std::function<bool(int part)> is_there = {};

@@ -57,8 +57,8 @@ TEST(CellThinner, KeepsTheBorderOfAPlane) {
   EXPECT_LT(LeftWhere(thinned, 1 - kBorderArea, is_inside), 0.25);
 }
 
-// Of ten points one is left. What chance leaves empty is no border: cells that are taken
-// for one keep all of their points, and the others have to do with few.
+// One point in ten is kept. Cells taken for borders by chance would keep all of their points and
+// leave wide gaps elsewhere.
 TEST(CellThinner, ThinsAnEvenSurfaceEvenly) {
   const auto height = [](double x, double y) { return 0.3 * (x * x + y * y); };
   const Eigen::Matrix3Xd thinned = ThinnedField(height, kPoints / 10);
