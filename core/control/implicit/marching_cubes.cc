@@ -9,6 +9,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/implicit/cell_polygons.h"
 #include "core/control/implicit/marching_cubes_transition.h"
 
 namespace rilievo {

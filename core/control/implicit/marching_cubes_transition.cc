@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "core/control/implicit/cell_polygons.h"
 #include "core/control/implicit/marching_cubes.h"
 
 namespace rilievo {
