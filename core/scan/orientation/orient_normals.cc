@@ -175,12 +175,12 @@ std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
 }
 
 // Keeps all by reference.
-GroupAgreement AgreementOf(const OrientationPatches& patches, const OrientedCloud& cloud,
-                           const RunContext& context) {
+GroupRelation RelationOf(const OrientationPatches& patches, const OrientedCloud& cloud,
+                         const RunContext& context) {
   if (IsLeftOut(Mechanism::kContestedGroups)) return {};
-  return [dipoles = PatchDipoles(patches, cloud), &context](std::span<const SignedNode> a,
-                                                            std::span<const SignedNode> b) {
-    return dipoles.Agreement(a, b, context);
+  return [dipoles = PatchDipoles(patches, cloud), &context](
+             double balance, std::span<const SignedNode> a, std::span<const SignedNode> b) {
+    return dipoles.Relation(balance, a, b, context);
   };
 }
 
@@ -195,7 +195,7 @@ absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph, const O
   result.sides = SidesOf(result.patches, votes, graph.k);
   RILIEVO_ASSIGN_OR_RETURN(result.labels,
                            LabelSignedGraph(result.patches.count, result.links, result.sides,
-                                            AgreementOf(result.patches, cloud, context), context));
+                                            RelationOf(result.patches, cloud, context), context));
   return result;
 }
 
@@ -270,9 +270,9 @@ absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
   LabelledPatches labelled = *std::move(believed.alone);
   if (believed.votes.empty()) return labelled;
   labelled.sides = SidesOf(labelled.patches, believed.votes, graph.k);
-  RILIEVO_ASSIGN_OR_RETURN(
-      labelled.labels, LabelSignedGraph(labelled.patches.count, labelled.links, labelled.sides,
-                                        AgreementOf(labelled.patches, cloud, context), context));
+  RILIEVO_ASSIGN_OR_RETURN(labelled.labels,
+                           LabelSignedGraph(labelled.patches.count, labelled.links, labelled.sides,
+                                            RelationOf(labelled.patches, cloud, context), context));
   return labelled;
 }
 

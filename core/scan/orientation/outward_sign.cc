@@ -21,7 +21,7 @@ double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
   return weight > 0 ? sum / weight : 0;
 }
 
-int OutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
+int OwnOutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
   // Of closed surfaces the scans had 0.35 and more, under noise and with walls as thin as their
   // noise too; streets and terrain, open to the sky, 0.2 and less.
   constexpr double kClosed = 0.25;
@@ -32,12 +32,11 @@ int OutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
   const double winding = MeanWinding(field, cloud, members);
   if (std::abs(winding) > kClosed) return winding < 0 ? -1 : 1;
 
-  Eigen::Vector3d center = Eigen::Vector3d::Zero(), area = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double weight = 0;
   for (const int i : members) {
     const double share = ShareOfSurface(cloud.spacing[i]);
     center += share * cloud.points.col(i);
-    area += share * cloud.normals.col(i);
     weight += share;
   }
   if (weight > 0) center /= weight;
@@ -49,6 +48,13 @@ int OutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
     lever += share * arm.norm();
   }
   if (std::abs(volume) > kConvex * lever) return volume < 0 ? -1 : 1;
+  return 0;
+}
+
+int OutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
+  if (const int own = OwnOutwardSign(cloud, members); own != 0) return own;
+  Eigen::Vector3d area = Eigen::Vector3d::Zero();
+  for (const int i : members) area += ShareOfSurface(cloud.spacing[i]) * cloud.normals.col(i);
   for (const int axis : {2, 1, 0}) {
     if (std::abs(area[axis]) > 0.3 * area.norm()) return area[axis] < 0 ? -1 : 1;
   }

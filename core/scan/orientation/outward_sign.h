@@ -13,10 +13,13 @@ namespace rilievo {
 double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
                    std::span<const int> members);
 
-// +1 or -1: the factor that turns the normals of `members` (not empty) outward. A closed surface
-// has a mean winding number of 1/2 on itself where its normals point outward, and of -1/2 where
-// they point inward; an open one of nearly 0, and outward is the convex side, or up (+z, else +y,
-// else +x) when no side plainly is.
+// +1 or -1 where the surface tells by itself which factor turns the normals of `members` (not
+// empty) outward, else 0. A closed surface has a mean winding number of 1/2 on itself where its
+// normals point outward, and of -1/2 where they point inward; an open one of nearly 0, and outward
+// is the convex side where one plainly is.
+int OwnOutwardSign(const OrientedCloud& cloud, std::span<const int> members);
+
+// +1 or -1: its own, or the one that turns it up (+z, else +y, else +x).
 int OutwardSign(const OrientedCloud& cloud, std::span<const int> members);
 
 }  // namespace rilievo

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,14 +23,20 @@ class PatchDipoles {
   // Both are kept by reference.
   PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud);
 
-  // By how much two groups of patches agree, per area of the smaller one and times the radius of a
-  // disc as large, on the scale of GroupAgreement; 0 where the smaller one has only a few points.
-  // Of the larger group what lies within eight radii of the smaller one counts. CANCELLED when
-  // stopped.
-  absl::StatusOr<double> Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b,
-                                   const RunContext& context) const;
+  // A GroupRelation: how much the votes and the agreement say together; the votes alone where the
+  // smaller group has only a few points. None where that leaves it open and the smaller group shows
+  // by itself which side of it is outside.
+  absl::StatusOr<std::optional<double>> Relation(double balance, std::span<const SignedNode> a,
+                                                 std::span<const SignedNode> b,
+                                                 const RunContext& context) const;
 
  private:
+  // By how much two groups of patches agree, per area of the smaller one, `a`, and times the radius
+  // of a disc as large. Of the larger one what lies within four radii of the smaller one counts.
+  absl::StatusOr<double> Agreement(std::span<const SignedNode> a, std::span<const SignedNode> b,
+                                   const RunContext& context) const;
+  double SizeOf(std::span<const SignedNode> group) const;
+  OrientedCloud CloudOf(std::span<const SignedNode> group) const;
   using Scratch = std::array<std::vector<Dipole>, 2>;
   double Between(int a, int b, Scratch* scratch) const;
   Dipole DipoleOfPoint(int point) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -29,9 +30,9 @@ std::vector<SignedLink> Sorted(std::vector<SignedLink> links) {
 class Contraction {
  public:
   Contraction(int nodes, const std::vector<SignedLink>& links, const std::vector<double>& sides,
-              const GroupAgreement& agreement)
+              const GroupRelation& relation)
       : side_node_(nodes),
-        agreement_(agreement),
+        relation_(relation),
         links_of_(nodes),
         side_of_(sides),
         sets_(nodes + 1),
@@ -152,18 +153,22 @@ class Contraction {
     return members;
   }
 
-  absl::StatusOr<bool> WantsOpposite(int a, int b, const Bundle& between) {
-    constexpr double kContested = 0.1;
+  // None where they stay apart.
+  absl::StatusOr<std::optional<bool>> AreOpposite(int a, int b, const Bundle& between) {
     const double balance = between.total > 0 ? between.net / between.total : 0;
-    if (!agreement_ || std::abs(balance) > 1 - 2 * kContested) return balance < 0;
-    RILIEVO_ASSIGN_OR_RETURN(const double agreement, agreement_(MembersOf(a), MembersOf(b)));
-    return balance + agreement < 0;
+    if (!relation_ || std::abs(balance) > kSureBalance) return balance < 0;
+    RILIEVO_ASSIGN_OR_RETURN(const std::optional<double> relation,
+                             relation_(balance, MembersOf(a), MembersOf(b)));
+    if (!relation) return std::nullopt;
+    return *relation < 0;
   }
 
   // The head with fewer links goes into the other one.
   absl::Status Join(int keep, int gone, const Bundle between) {
     if (links_of_[keep].size() < links_of_[gone].size()) std::swap(keep, gone);
-    RILIEVO_ASSIGN_OR_RETURN(const bool opposite, WantsOpposite(keep, gone, between));
+    RILIEVO_ASSIGN_OR_RETURN(const std::optional<bool> are, AreOpposite(keep, gone, between));
+    if (!are) return absl::OkStatus();
+    const bool opposite = *are;
     sets_.Join(keep, gone, opposite ? 1 : 0);
     std::swap(next_[keep], next_[gone]);
     Erase(keep, gone);
@@ -207,7 +212,7 @@ class Contraction {
   }
 
   const int side_node_;  // behind the others
-  const GroupAgreement& agreement_;
+  const GroupRelation& relation_;
   std::vector<std::vector<Bundle>> links_of_;  // by head
   std::vector<double> side_of_;                // by head; 0 once it is taken
   SignedUnionFind sets_;
@@ -219,9 +224,9 @@ class Contraction {
 
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const std::vector<double>& sides,
-                                              const GroupAgreement& agreement,
+                                              const GroupRelation& relation,
                                               const RunContext& context) {
-  Contraction contraction(nodes, links, sides, agreement);
+  Contraction contraction(nodes, links, sides, relation);
   RILIEVO_RETURN_IF_ERROR(contraction.Run(context));
   return contraction.TakeLabels();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,10 +22,15 @@ struct SignedNode {
   int sign;
 };
 
-// By how much two groups of nodes want to have the same sign, from what no link tells: 1 is worth
-// as much as all links between them. CANCELLED when stopped.
-using GroupAgreement = std::function<absl::StatusOr<double>(std::span<const SignedNode> a,
-                                                            std::span<const SignedNode> b)>;
+// The balance of the links between two groups of nodes, the sum of their weights over that of the
+// sizes of these, from which it counts as sure: a tenth of the weight is against the rest.
+inline constexpr double kSureBalance = 0.8;
+
+// Whether two groups of nodes whose links contradict each other have the same sign, > 0, or
+// opposite ones, < 0; none where they had better stay apart. `balance`: of the links between them.
+// CANCELLED when stopped.
+using GroupRelation = std::function<absl::StatusOr<std::optional<double>>(
+    double balance, std::span<const SignedNode> a, std::span<const SignedNode> b)>;
 
 struct SignedLabels {
   std::vector<int> component;  // by node: a number in [0, components), by lowest node
@@ -37,13 +43,14 @@ struct SignedLabels {
 // Joins the two groups with the largest |sum of weights between them| until no links are left;
 // weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
 // spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
-// Keuper et al. 2015, Bailoni et al. 2022). Where a hundredth of the weight between two groups or
-// more is against the rest, what their agreement says is added. `sides`: by node, > 0 for those
+// Keuper et al. 2015, Bailoni et al. 2022). Where the balance of the links between two groups is
+// not sure, their relation decides; groups that stay apart are asked again when more
+// links lead from the one to the other. `sides`: by node, > 0 for those
 // that are to be +1, < 0 for those that are to be -1, the more the surer, on the scale of the
 // links; or empty. A side counts as a link to one more node, whose sign is +1.
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const std::vector<double>& sides,
-                                              const GroupAgreement& agreement,
+                                              const GroupRelation& relation,
                                               const RunContext& context);
 
 }  // namespace rilievo

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -29,13 +30,17 @@ struct TwoPatches {
     patches.count = 2;
   }
 
-  double Agreement(int sign = 1) const {
+  std::optional<double> Relation(double balance, int sign = 1) const {
     const SignedNode a{0, 1}, b{1, sign};
     const PatchDipoles dipoles(patches, cloud);
-    const double agreement = dipoles.Agreement({&a, 1}, {&b, 1}, {}).value();
-    EXPECT_NEAR(dipoles.Agreement({&b, 1}, {&a, 1}, {}).value(), agreement, 1e-9);
-    return agreement;
+    const std::optional<double> relation = dipoles.Relation(balance, {&a, 1}, {&b, 1}, {}).value();
+    const std::optional<double> other = dipoles.Relation(balance, {&b, 1}, {&a, 1}, {}).value();
+    EXPECT_EQ(relation.has_value(), other.has_value());
+    EXPECT_NEAR(relation.value_or(0), other.value_or(0), 1e-9);
+    return relation;
   }
+
+  double Agreement(int sign = 1) const { return Relation(0, sign).value(); }
 };
 
 bool AtTheTop(const Eigen::Vector3d& at) { return at.z() > 0.8; }
@@ -64,19 +69,33 @@ TEST(PatchDipolesTest, TheFacesOfAPlateAgree) {
   EXPECT_GT(TwoPatches(BoxCloud(4000, 3, {1, 1, 0.1}), 2.4, is_top).Agreement(), 2);
 }
 
-// Outside a closed surface the winding number is 0 whichever way it faces.
-TEST(PatchDipolesTest, AClosedBallOverASheetTellsNothing) {
-  KnownCloud both = SphereCloud(4000, 4);
+// A surface of 3000 points over the middle of a sheet of 4000.
+TwoPatches OverASheet(KnownCloud both) {
   const KnownCloud sheet = PlaneCloud(4000, 5);
   both.cloud.points *= 0.2;
-  const auto count = both.cloud.points.cols();
-  both.cloud.points.conservativeResize(3, 2 * count);
-  both.normals.conservativeResize(3, 2 * count);
+  const auto count = sheet.cloud.points.cols();
+  both.cloud.points.conservativeResize(3, both.cloud.points.cols() + count);
+  both.normals.conservativeResize(3, both.cloud.points.cols());
   both.cloud.points.rightCols(count) =
       sheet.cloud.points.colwise() - Eigen::Vector3d(0.5, 0.5, 0.3);
   both.normals.rightCols(count) = sheet.normals;
-  const auto in_sheet = [](const Eigen::Vector3d& at) { return at.z() < -0.25; };
-  EXPECT_EQ(TwoPatches(both, 1, in_sheet).Agreement(), 0);
+  return TwoPatches(both, 1, [](const Eigen::Vector3d& at) { return at.z() < -0.25; });
+}
+
+// Outside a closed surface the winding number is 0 whichever way it faces. It finds its own side.
+TEST(PatchDipolesTest, AClosedBallOverASheetStaysApart) {
+  const TwoPatches ball = OverASheet(SphereCloud(3000, 4));
+  for (const double balance : {-0.7, 0.0, 0.7}) EXPECT_FALSE(ball.Relation(balance)) << balance;
+  EXPECT_GT(ball.Relation(1.0).value(), 0.8);
+}
+
+// A flat sheet off another one hangs on its votes, for it does not show which side is outside.
+TEST(PatchDipolesTest, AFlatSheetOverASheetFollowsWhatIsKnown) {
+  KnownCloud flat = PlaneCloud(3000, 8);
+  flat.cloud.points.row(0).array() -= 4;
+  const TwoPatches sheets = OverASheet(flat);
+  EXPECT_NEAR(sheets.Relation(0.5).value(), 0.5 + sheets.Agreement(), 1e-9);
+  EXPECT_NEAR(sheets.Agreement(), 0, 0.5);
 }
 
 TEST(PatchDipolesTest, Stops) {
@@ -87,15 +106,15 @@ TEST(PatchDipolesTest, Stops) {
   context.stop = source.get_token();
   const SignedNode a{0, 1}, b{1, 1};
   EXPECT_EQ(PatchDipoles(sphere.patches, sphere.cloud)
-                .Agreement({&a, 1}, {&b, 1}, context)
+                .Relation(0, {&a, 1}, {&b, 1}, context)
                 .status()
                 .code(),
             absl::StatusCode::kCancelled);
 }
 
-TEST(PatchDipolesTest, AFewPointsTellNothing) {
+TEST(PatchDipolesTest, AFewPointsFollowTheirVotes) {
   const auto is_third = [i = 0](const Eigen::Vector3d&) mutable { return i++ == 3; };
-  EXPECT_EQ(TwoPatches(SphereCloud(500, 6), 4 * M_PI, is_third).Agreement(), 0);
+  EXPECT_EQ(TwoPatches(SphereCloud(500, 6), 4 * M_PI, is_third).Relation(0.3), 0.3);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <stop_token>
 
 #include "tests/scans/random.h"
@@ -69,11 +70,14 @@ TEST(SignedGraphTest, SumsParallelLinksAndIgnoresLoops) {
 }
 
 // 0 - 1 and 2 - 3 are sure; what lies between them is contested, with 0.6 to 0.4.
-TEST(SignedGraphTest, AgreementDecidesWhereLinksContradictEachOther) {
+TEST(SignedGraphTest, RelationDecidesWhereLinksContradictEachOther) {
   const std::vector<SignedLink> links = {{0, 1, -9.0}, {2, 3, 9.0}, {1, 2, 0.6}, {0, 3, 0.4}};
-  const auto labels_with = [&links](double agreement, std::vector<SignedLink> further = {}) {
-    const auto says = [agreement](std::span<const SignedNode> a,
-                                  std::span<const SignedNode> b) -> absl::StatusOr<double> {
+  const auto labels_with = [&links](std::optional<double> agreement,
+                                    std::vector<SignedLink> further = {}) {
+    const auto says = [agreement](
+                          double balance, std::span<const SignedNode> a,
+                          std::span<const SignedNode> b) -> absl::StatusOr<std::optional<double>> {
+      if (!agreement) return std::nullopt;
       // Relative to the first of the other group, as node 1 and node 2 want it.
       const auto sign_of = [&](int node) {
         for (const auto& group : {a, b}) {
@@ -83,7 +87,7 @@ TEST(SignedGraphTest, AgreementDecidesWhereLinksContradictEachOther) {
         }
         return 0;
       };
-      return agreement * sign_of(1) * sign_of(2);
+      return balance + *agreement * sign_of(1) * sign_of(2);
     };
     further.insert(further.end(), links.begin(), links.end());
     return LabelSignedGraph(4, further, {}, says, RunContext{}).value();
@@ -94,23 +98,45 @@ TEST(SignedGraphTest, AgreementDecidesWhereLinksContradictEachOther) {
   EXPECT_EQ(between(labels_with(-0.3)), -1);
   EXPECT_EQ(between(labels_with(-5, {{1, 2, 2.7}})), -1) << "11 % of the weight contradict";
   EXPECT_EQ(between(labels_with(-5, {{1, 2, 3.2}})), 1) << "under a tenth contradicts";
+  EXPECT_EQ(labels_with(0).components, 1);
+  // They stay apart, unless one more link tells.
+  EXPECT_EQ(labels_with(std::nullopt).components, 2);
+  const SignedLabels joined = labels_with(std::nullopt, {{1, 3, 5.0}});
+  EXPECT_EQ(joined.components, 1);
+  EXPECT_EQ(between(joined), 1);
 }
 
-// An agreement that knows the hidden signs mends all that contested links say wrongly, in any order
+// Groups that stay apart are asked again once a third one joins either of them.
+TEST(SignedGraphTest, GroupsApartAreAskedAgain) {
+  int asked = 0;
+  const auto apart = [&asked](
+                         double, std::span<const SignedNode>,
+                         std::span<const SignedNode>) -> absl::StatusOr<std::optional<double>> {
+    ++asked;
+    return std::nullopt;
+  };
+  const std::vector<SignedLink> links = {{0, 1, 3.0}, {0, 1, -2.0}, {1, 2, -0.5}, {0, 2, -0.5}};
+  const SignedLabels labels = LabelSignedGraph(3, links, {}, apart, RunContext{}).value();
+  EXPECT_EQ(asked, 2);
+  EXPECT_EQ(labels.components, 2);
+  EXPECT_EQ(labels.sign[0] * labels.sign[2], -1);
+}
+
+// A relation that knows the hidden signs mends all that contested links say wrongly, in any order
 // of the links; relative to heads whose sign in their own set is either one.
-TEST(SignedGraphTest, AgreementThatKnowsTheSignsFindsThem) {
+TEST(SignedGraphTest, RelationThatKnowsTheSignsFindsThem) {
   for (uint64_t seed = 20; seed < 24; ++seed) {
     HiddenSigns hidden = MakeGrid(30, 0.3, seed);
     int asked = 0;
-    const auto knows = [&](std::span<const SignedNode> a,
-                           std::span<const SignedNode> b) -> absl::StatusOr<double> {
+    const auto knows = [&](double balance, std::span<const SignedNode> a,
+                           std::span<const SignedNode> b) -> absl::StatusOr<std::optional<double>> {
       ++asked;
       const auto side = [&hidden](std::span<const SignedNode> group) {
         double sum = 0;
         for (const SignedNode& node : group) sum += node.sign * hidden.sign[node.node];
         return sum > 0 ? 1.0 : -1.0;
       };
-      return 2 * side(a) * side(b);
+      return balance + 2 * side(a) * side(b);
     };
     const auto with = LabelSignedGraph(900, hidden.links, {}, knows, RunContext{});
     const auto without = LabelSignedGraph(900, hidden.links, {}, {}, RunContext{});
