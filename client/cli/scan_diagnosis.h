@@ -30,7 +30,7 @@ struct ScanDiagnosis {
 
   double normal_disagreement = 0;  // share of neighbours whose normals disagree
   double contested = 0;            // share of points whose side is in doubt
-  int point_components = 0;        // of the neighbour graph
+  int point_components = 0;        // groups of points that were turned as a whole
 
   std::string road, road_reason;
   int components = 0, genus = 0, control_faces = 0;  // of the control mesh

@@ -12,7 +12,7 @@
 namespace rilievo {
 
 struct OrientationResult {
-  int components = 0;  // of the neighbour graph, before small gaps between them are bridged
+  int components = 0;  // groups of points, each turned as a whole
   // Share of graph edges whose normals disagree after orientation, in [0, 1]: near 0 on a
   // surface, higher where sheets touch, on a Moebius band or in a volume of points.
   double disagreement = 0;
