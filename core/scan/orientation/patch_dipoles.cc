@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -16,6 +17,8 @@ namespace {
 
 // How far around a group, in its radii, another one counts.
 constexpr double kReach = 4;
+// Most points of a leaf.
+constexpr int kLeaf = 8;
 
 }  // namespace
 
@@ -31,9 +34,18 @@ PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedClou
   for (size_t i = 0; i < members_.size(); ++i) {
     members_[next[patches.patch[i]]++] = static_cast<int>(i);
   }
+  const auto dipole_of = [this](int i) { return DipoleOfPoint(i); };
+  first_leaf_.reserve(begin_.size());
   for (int p = 0; p < patches.count; ++p) {
-    sums_[p] = SumOfDipoles(cloud, MembersOf(p), [this](int i) { return DipoleOfPoint(i); });
+    sums_[p] = SumOfDipoles(cloud, MembersOf(p), dipole_of);
+    first_leaf_.push_back(static_cast<int>(leaves_.size()));
+    for (int begin = begin_[p]; begin < begin_[p + 1]; begin += kLeaf) {
+      const int end = std::min(begin + kLeaf, begin_[p + 1]);
+      const std::span points(members_.data() + begin, members_.data() + end);
+      leaves_.push_back({SumOfDipoles(cloud, points, dipole_of), begin, end});
+    }
   }
+  first_leaf_.push_back(static_cast<int>(leaves_.size()));
 }
 
 // With the sign of its patch.
@@ -43,13 +55,25 @@ Dipole PatchDipoles::DipoleOfPoint(int point) const {
   return dipole;
 }
 
-double PatchDipoles::Between(int a, int b, Scratch* scratch) const {
-  if (AreFar(sums_[a], sums_[b])) return rilievo::Agreement(sums_[a].sum, sums_[b].sum);
-  for (const auto& [patch, points] : {std::pair(a, &(*scratch)[0]), std::pair(b, &(*scratch)[1])}) {
-    points->clear();
-    for (const int i : MembersOf(patch)) points->push_back(DipoleOfPoint(i));
+double PatchDipoles::Between(const Leaf& a, const Leaf& b) const {
+  if (AreFar(a.all, b.all)) return rilievo::Agreement(a.all.sum, b.all.sum);
+  std::array<Dipole, kLeaf> there;
+  for (int m = b.begin; m < b.end; ++m) there[m - b.begin] = DipoleOfPoint(members_[m]);
+  double sum = 0;
+  for (int m = a.begin; m < a.end; ++m) {
+    const Dipole here = DipoleOfPoint(members_[m]);
+    for (int n = 0; n < b.end - b.begin; ++n) sum += rilievo::Agreement(here, there[n]);
   }
-  return rilievo::Agreement(std::span<const Dipole>((*scratch)[0]), (*scratch)[1]);
+  return sum;
+}
+
+double PatchDipoles::Between(int a, int b) const {
+  if (AreFar(sums_[a], sums_[b])) return rilievo::Agreement(sums_[a].sum, sums_[b].sum);
+  double sum = 0;
+  for (const Leaf& here : LeavesOf(a)) {
+    for (const Leaf& there : LeavesOf(b)) sum += Between(here, there);
+  }
+  return sum;
 }
 
 double PatchDipoles::SizeOf(std::span<const SignedNode> group) const {
@@ -114,14 +138,13 @@ absl::StatusOr<double> PatchDipoles::Agreement(std::span<const SignedNode> a,
     radius = std::max(radius, (patch.sum.position - center).norm() + patch.radius);
   }
   double sum = 0;
-  Scratch scratch;
   for (const SignedNode& there : b) {
     const DipoleSum& patch = sums_[there.node];
     const double reach = kReach * radius + patch.radius;
     if ((patch.sum.position - center).squaredNorm() > reach * reach) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     for (const SignedNode& here : a) {
-      sum += here.sign * there.sign * Between(here.node, there.node, &scratch);
+      sum += here.sign * there.sign * Between(here.node, there.node);
     }
   }
   return sum / size * std::sqrt(size / std::numbers::pi);

@@ -1,7 +1,6 @@
 // How patches of a scan agree through the winding number.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -37,11 +36,19 @@ class PatchDipoles {
                                    const RunContext& context) const;
   double SizeOf(std::span<const SignedNode> group) const;
   OrientedCloud CloudOf(std::span<const SignedNode> group) const;
-  using Scratch = std::array<std::vector<Dipole>, 2>;
-  double Between(int a, int b, Scratch* scratch) const;
+  // Some points of a patch that follow each other along the Morton curve.
+  struct Leaf {
+    DipoleSum all;
+    int begin, end;  // in `members_`
+  };
+  double Between(int a, int b) const;
+  double Between(const Leaf& a, const Leaf& b) const;
   Dipole DipoleOfPoint(int point) const;
   std::span<const int> MembersOf(int patch) const {
     return {members_.data() + begin_[patch], members_.data() + begin_[patch + 1]};
+  }
+  std::span<const Leaf> LeavesOf(int patch) const {
+    return {leaves_.data() + first_leaf_[patch], leaves_.data() + first_leaf_[patch + 1]};
   }
 
   const OrientationPatches& patches_;
@@ -49,6 +56,8 @@ class PatchDipoles {
   std::vector<DipoleSum> sums_;
   std::vector<int> begin_;    // by patch, in `members_`
   std::vector<int> members_;  // points
+  std::vector<Leaf> leaves_;
+  std::vector<int> first_leaf_;  // by patch, in `leaves_`
 };
 
 }  // namespace rilievo
