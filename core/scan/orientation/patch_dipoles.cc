@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "core/base/status_macros.h"
 #include "core/points/belonging.h"
@@ -82,23 +83,24 @@ double PatchDipoles::SizeOf(std::span<const SignedNode> group) const {
   return size;
 }
 
-// Its points, with normals by its signs.
+// Its points in the order of the cloud, as a WindingField takes them, with normals by its signs.
 OrientedCloud PatchDipoles::CloudOf(std::span<const SignedNode> group) const {
-  std::vector<int> points;
-  std::vector<double> signs;
+  std::vector<std::pair<int, int>> signs;  // by point
   for (const SignedNode& node : group) {
     for (const int i : MembersOf(node.node)) {
-      points.push_back(i);
-      signs.push_back(patches_.parity[i] != 0 ? -node.sign : node.sign);
+      signs.emplace_back(i, patches_.parity[i] != 0 ? -node.sign : node.sign);
     }
   }
+  std::sort(signs.begin(), signs.end());
   OrientedCloud cloud;
-  cloud.points = cloud_.points(Eigen::all, points);
-  cloud.normals = cloud_.normals(Eigen::all, points);
-  for (size_t i = 0; i < points.size(); ++i) {
-    cloud.normals.col(static_cast<Eigen::Index>(i)) *= signs[i];
-    cloud.spacing.push_back(cloud_.spacing[points[i]]);
-    cloud.noise.push_back(cloud_.noise[points[i]]);
+  cloud.points.resize(3, static_cast<Eigen::Index>(signs.size()));
+  cloud.normals.resize(3, cloud.points.cols());
+  for (Eigen::Index to = 0; to < cloud.points.cols(); ++to) {
+    const auto& [i, sign] = signs[to];
+    cloud.points.col(to) = cloud_.points.col(i);
+    cloud.normals.col(to) = sign * cloud_.normals.col(i);
+    cloud.spacing.push_back(cloud_.spacing[i]);
+    cloud.noise.push_back(cloud_.noise[i]);
   }
   return cloud;
 }

@@ -100,6 +100,7 @@ class Contraction {
   struct Bundle {
     int to;
     double net, total;  // sums of the weights and of their sizes
+    double asked = 0;   // the latter when these groups were last found to stay apart
   };
   struct Candidate {
     double confidence;
@@ -139,6 +140,14 @@ class Contraction {
     return nullptr;
   }
 
+  void StayApart(int a, int b) {
+    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
+      for (Bundle& bundle : links_of_[from]) {
+        if (bundle.to == to) bundle.asked = bundle.total;
+      }
+    }
+  }
+
   // Its nodes, with their signs relative to the head's.
   std::vector<SignedNode> MembersOf(int head) {
     std::vector<SignedNode> members;
@@ -155,12 +164,16 @@ class Contraction {
 
   // None where they stay apart.
   absl::StatusOr<std::optional<bool>> AreOpposite(int a, int b, const Bundle& between) {
+    // By how much the links grow before the relation is asked again: that of large groups is dear.
+    constexpr double kGrowth = 1.05;
     const double balance = between.total > 0 ? between.net / between.total : 0;
     if (!relation_ || std::abs(balance) > kSureBalance) return balance < 0;
+    if (between.asked > 0 && between.total < kGrowth * between.asked) return std::nullopt;
     RILIEVO_ASSIGN_OR_RETURN(const std::optional<double> relation,
                              relation_(balance, MembersOf(a), MembersOf(b)));
-    if (!relation) return std::nullopt;
-    return *relation < 0;
+    if (relation) return *relation < 0;
+    StayApart(a, b);
+    return std::nullopt;
   }
 
   // The head with fewer links goes into the other one.
@@ -181,8 +194,8 @@ class Contraction {
       if (bundle.to == keep) continue;
       Erase(bundle.to, gone);
       const double net = opposite ? -bundle.net : bundle.net;
-      Push(keep, bundle.to, AddTo(keep, {bundle.to, net, bundle.total}));
-      AddTo(bundle.to, {keep, net, bundle.total});
+      Push(keep, bundle.to, AddTo(keep, {bundle.to, net, bundle.total, bundle.asked}));
+      AddTo(bundle.to, {keep, net, bundle.total, bundle.asked});
     }
     links_of_[gone].clear();
     links_of_[gone].shrink_to_fit();
@@ -195,6 +208,7 @@ class Contraction {
       if (bundle.to != added.to) continue;
       bundle.net += added.net;
       bundle.total += added.total;
+      bundle.asked = std::max(bundle.asked, added.asked);
       return bundle.net;
     }
     links_of_[from].push_back(added);

@@ -44,10 +44,10 @@ struct SignedLabels {
 // weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
 // spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
 // Keuper et al. 2015, Bailoni et al. 2022). Where the balance of the links between two groups is
-// not sure, their relation decides; groups that stay apart are asked again when more
-// links lead from the one to the other. `sides`: by node, > 0 for those
-// that are to be +1, < 0 for those that are to be -1, the more the surer, on the scale of the
-// links; or empty. A side counts as a link to one more node, whose sign is +1.
+// not sure, their relation decides; groups that stay apart are asked again when a twentieth more
+// weight leads from the one to the other. `sides`: by node, > 0 for those that are to be +1, < 0
+// for those that are to be -1, the more the surer, on the scale of the links; or empty. A side
+// counts as a link to one more node, whose sign is +1.
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const std::vector<double>& sides,
                                               const GroupRelation& relation,

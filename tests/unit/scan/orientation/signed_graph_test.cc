@@ -122,6 +122,26 @@ TEST(SignedGraphTest, GroupsApartAreAskedAgain) {
   EXPECT_EQ(labels.sign[0] * labels.sign[2], -1);
 }
 
+// A hundred small nodes join the one group, each with a link that adds next to nothing.
+TEST(SignedGraphTest, GroupsApartAreNotAskedForEveryLink) {
+  int asked = 0;
+  const auto apart = [&asked](
+                         double, std::span<const SignedNode>,
+                         std::span<const SignedNode>) -> absl::StatusOr<std::optional<double>> {
+    ++asked;
+    return std::nullopt;
+  };
+  std::vector<SignedLink> links = {{0, 1, 300.0}, {0, 1, -200.0}};
+  for (int node = 2; node < 102; ++node) {
+    links.push_back({0, node, -9.0});
+    links.push_back({1, node, -1.0});
+  }
+  const SignedLabels labels = LabelSignedGraph(102, links, {}, apart, RunContext{}).value();
+  EXPECT_EQ(labels.components, 2);
+  EXPECT_GE(asked, 2);
+  EXPECT_LE(asked, 5);
+}
+
 // A relation that knows the hidden signs mends all that contested links say wrongly, in any order
 // of the links; relative to heads whose sign in their own set is either one.
 TEST(SignedGraphTest, RelationThatKnowsTheSignsFindsThem) {
