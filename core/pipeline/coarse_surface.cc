@@ -253,13 +253,13 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
   ReconstructOptions of_thinned = options;
   PointCloud thinned;
   {
-    std::vector<bool> outliers;
+    std::vector<bool> left_out;
     if (is_thinned) {
       const StageScope scope(Stage::kCheck, context);
-      RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context));
+      RILIEVO_ASSIGN_OR_RETURN(left_out, LeftOutOfPages(pages, options, context));
       of_thinned.scan.outliers.distance_factor = 0;
     }
-    RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, outliers, context));
+    RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, left_out, context));
   }
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
   OrientedCloud& cloud = scan.cloud;

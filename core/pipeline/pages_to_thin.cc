@@ -7,7 +7,6 @@
 #include "core/base/status_macros.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/scan/clean/check_scan.h"
-#include "core/scan/clean/remove_outliers.h"
 
 namespace rilievo {
 namespace {
@@ -29,10 +28,10 @@ absl::StatusOr<Eigen::Matrix3Xd> ReadPages(const PagedScan& pages, int64_t begin
   return run;
 }
 
-// The columns of the run that are outliers; none where the points are too few to tell.
-absl::StatusOr<std::vector<int>> OutliersOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
-                                               const OutlierOptions& outliers,
-                                               const RunContext& context) {
+// The columns of the run that are outliers or foliage; none where the points are too few to tell.
+absl::StatusOr<std::vector<int>> LeftOutOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
+                                              const ScanOptions& of_run,
+                                              const RunContext& context) {
   const auto columns = static_cast<int>(run.cols());
   PointCloud cloud;
   cloud.points = std::move(run);
@@ -40,45 +39,45 @@ absl::StatusOr<std::vector<int>> OutliersOfRun(Eigen::Matrix3Xd run, const Check
   if (absl::IsInvalidArgument(checked.status())) return std::vector<int>();
   RILIEVO_RETURN_IF_ERROR(checked.status());
   const std::vector<int> source = std::move(checked->source_index);
-  ScanOptions all_kept;
-  all_kept.outliers = {.distance_factor = 0, .min_component_share = 0};
-  RILIEVO_ASSIGN_OR_RETURN(const ScanNeighbors found,
-                           FindNeighbors(*std::move(checked), all_kept, context));
-  RILIEVO_ASSIGN_OR_RETURN(const OutlierResult result,
-                           FindOutliers(found.points, found.graph, outliers, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanNeighbors found,
+                           FindNeighbors(*std::move(checked), of_run, context));
+  const absl::StatusOr<std::vector<uint8_t>> keep = FindKept(std::move(found), of_run, context);
+  if (absl::IsInvalidArgument(keep.status())) return std::vector<int>();
+  RILIEVO_RETURN_IF_ERROR(keep.status());
   // Strays of the run, which the check has dropped, are outliers too.
   std::vector<bool> kept(static_cast<size_t>(columns), false);
-  for (size_t i = 0; i < source.size(); ++i) kept[source[i]] = result.keep[i] != 0;
-  std::vector<int> outlying;
+  for (size_t i = 0; i < source.size(); ++i) kept[source[i]] = keep->empty() || (*keep)[i] != 0;
+  std::vector<int> left_out;
   for (int column = 0; column < columns; ++column) {
-    if (!kept[column]) outlying.push_back(column);
+    if (!kept[column]) left_out.push_back(column);
   }
-  return outlying;
+  return left_out;
 }
 
 }  // namespace
 
-absl::StatusOr<std::vector<bool>> OutliersOfPages(const PagedScan& pages,
-                                                  const ReconstructOptions& options,
-                                                  const RunContext& context) {
+absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
+                                                 const ReconstructOptions& options,
+                                                 const RunContext& context) {
   const auto count = static_cast<int64_t>(pages.pages().size());
   const int64_t runs = (count + kPagesOfRun - 1) / kPagesOfRun;
-  OutlierOptions of_run = options.scan.outliers;
-  if (runs > 1) of_run.min_component_share = 0;  // a run may cut a small piece off a large one
+  ScanOptions of_run = options.scan;
+  // A run may cut a small piece off a large one.
+  if (runs > 1) of_run.outliers.min_component_share = 0;
   RunContext silent = context;
   silent.progress = nullptr;
-  std::vector<bool> is_outlier(static_cast<size_t>(pages.size()), false);
+  std::vector<bool> is_left_out(static_cast<size_t>(pages.size()), false);
   for (int64_t run = 0; run < runs; ++run) {
     context.Report(Stage::kCheck, static_cast<double>(run) / static_cast<double>(runs));
     const int64_t begin = count * run / runs, end = count * (run + 1) / runs;
     RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, begin, end, context));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> columns,
-                             OutliersOfRun(std::move(points), options.check, of_run, silent));
+                             LeftOutOfRun(std::move(points), options.check, of_run, silent));
     for (const int column : columns) {
-      is_outlier[static_cast<size_t>(begin * kPagePoints + column)] = true;
+      is_left_out[static_cast<size_t>(begin * kPagePoints + column)] = true;
     }
   }
-  return is_outlier;
+  return is_left_out;
 }
 
 absl::StatusOr<PointMedians> MediansOfPages(const PagedScan& pages, const ScanSurface& coarse,

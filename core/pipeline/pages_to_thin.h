@@ -17,12 +17,13 @@ struct PointMedians {
   double noise = 0;
 };
 
-// By place in the order of all points, whether a point is an outlier (FindOutliers). Runs of up to
-// 64 pages are looked at, each by itself, so an island counts as one only in a scan of a single
-// run. Once the points are thinned, outliers lie no farther from each other than other points do.
-absl::StatusOr<std::vector<bool>> OutliersOfPages(const PagedScan& pages,
-                                                  const ReconstructOptions& options,
-                                                  const RunContext& context);
+// By place in the order of all points, whether a point is an outlier or of foliage (FindKept). Runs
+// of up to 64 pages are looked at, each by itself, so an island counts as one only in a scan of a
+// single run. Once the points are thinned neither can be told: outliers lie no farther from each
+// other than other points do, and leaves no denser in their volume than a surface.
+absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
+                                                 const ReconstructOptions& options,
+                                                 const RunContext& context);
 
 // Of all points of a scan of up to 262 144; of a larger one, of 16 runs of 16 384 points, spread
 // evenly over the curve. `coarse`: the thinned points, whose sides they take. A thinned scan takes

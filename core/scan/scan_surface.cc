@@ -211,6 +211,13 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
                        std::move(graph),       std::move(index),       figures};
 }
 
+absl::StatusOr<std::vector<uint8_t>> FindKept(ScanNeighbors scan, const ScanOptions& options,
+                                              const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
+  RILIEVO_RETURN_IF_ERROR(FindNormalsWithoutFoliage(&scan, options, context).status());
+  return std::move(scan.keep);
+}
+
 absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& options,
                                        const RunContext& context) {
   context.Report(Stage::kNormals, 0);

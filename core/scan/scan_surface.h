@@ -45,6 +45,10 @@ struct ScanNeighbors {
 absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions& options,
                                             const RunContext& context);
 
+// By point, whether it is no outlier and no foliage; empty: all are kept.
+absl::StatusOr<std::vector<uint8_t>> FindKept(ScanNeighbors scan, const ScanOptions& options,
+                                              const RunContext& context);
+
 // The cleaned scan: outliers are gone from the cloud, the graph and the index alike, and the frame
 // is the bounding box of what was kept.
 struct ScanSurface {
