@@ -14,9 +14,11 @@
 #include "core/codec/container/open_dss.h"
 #include "core/codec/mesh/face_groups.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/paging/paged_scan.h"
 #include "core/paging/saved_value.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/run_parts.h"
+#include "core/surface/heights_in_memory.h"
 #include "core/surface/measure_parts.h"
 
 namespace rilievo {
@@ -24,20 +26,26 @@ namespace {
 
 using FaceLists = std::vector<std::vector<int>>;
 
-// Compact parts of the control faces, for the triangles of the finest level.
+// Compact parts of the control faces, each with about block.vertices of the finest level or with
+// block.points of the `points` near it, whichever makes it smaller.
 FaceLists PartsToMeasure(const StoredSurface& surface, const MeshTopology& control,
-                         int64_t block_vertices) {
+                         const BlockSize& block, int64_t points) {
   constexpr double kGrid = 1 << 20;  // per diagonal
-  std::vector<GridPoint> points(control.vertex_count);
+  std::vector<GridPoint> places(control.vertex_count);
   for (int v = 0; v < control.vertex_count; ++v) {
     for (int axis = 0; axis < 3; ++axis) {
-      points[v][axis] =
+      places[v][axis] =
           static_cast<int32_t>(std::lround(kGrid * surface.control_mesh.vertices(axis, v)));
     }
   }
+  const auto share = [&control](int64_t most, int64_t all) {
+    return most * control.face_count() / std::max<int64_t>(all, 1);
+  };
   const int64_t vertices = VertexCountAt(control, surface.max_level);
-  const int64_t faces = std::max<int64_t>(1, block_vertices * control.face_count() / vertices);
-  return GroupFaces(control, points, static_cast<int>(faces)).members;
+  const int64_t faces =
+      std::clamp<int64_t>(std::min(share(block.vertices, vertices), share(block.points, points)), 1,
+                          control.face_count());
+  return GroupFaces(control, places, static_cast<int>(faces)).members;
 }
 
 double AreaOf(const ControlMesh& mesh) {
@@ -80,7 +88,8 @@ class StoredCoding {
         block_(block),
         options_(options),
         context_(context),
-        faces_(PartsToMeasure(surface, cutter.topology(), block.vertices)) {}
+        faces_(PartsToMeasure(surface, cutter.topology(), block,
+                              points != nullptr ? points->count() * int64_t{kPagePoints} : 0)) {}
 
   // Within the error asked for, or as exactly as the points are worth.
   absl::Status Code(const ThinnedPoints& thinned, double position_step,
@@ -89,12 +98,12 @@ class StoredCoding {
     uncoded = {thinned.median_spacing, thinned.median_noise, options_.measure, {}};
     const std::optional<double> limit = options_.encode.max_error;
     if (options_.measure && limit) {
-      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(Uncoded()));
+      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(PartsOf(surface_)));
       uncoded.error = found.error;
     } else if (options_.measure) {
       const StageScope scope(Stage::kMeasure, context_);
       RILIEVO_ASSIGN_OR_RETURN(uncoded.error.b_to_a,
-                               MeasureToParts(thinned.some, Uncoded(), context_));
+                               MeasureToParts(thinned.some, PartsOf(surface_), context_));
     }
     const auto encode = [&](std::optional<double> error) {
       return Encode(coded->metadata, position_step, error);
@@ -125,9 +134,6 @@ class StoredCoding {
                                  file->layers.size() > static_cast<size_t>(kFirstGroupedLevel));
   }
 
-  // Whether others may measure parts of what is coded.
-  bool IsMeasuredByParts() const { return block_.in_groups && points_ != nullptr; }
-
   // Some parts of it by those who share it, unless that is null. The one who leads is told the
   // errors, the others nothing.
   absl::StatusOr<PartsError> MeasureBytes(std::span<const uint8_t> bytes,
@@ -138,15 +144,10 @@ class StoredCoding {
                                PartDecoder::Open(file, cutter_, context_));
       return Measure(PartsOf(decoder), shared);
     }
-    RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
-    SurfacePart whole;
-    whole.faces = whole.inner = AllFaces(decoded.surface.control_mesh.faces.cols());
-    whole.surface = std::move(decoded.surface);
-    SurfaceParts parts =
-        Parts([&](std::span<const int> /*faces*/,
-                  const RunContext& /*context*/) -> absl::StatusOr<SurfacePart> { return whole; });
-    parts.count = 1;
-    return Measure(parts);
+    RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(bytes, context_));
+    const HeightsInMemory heights(decoded.surface, cutter_.topology());
+    const StoredSurface stored = Stored(decoded.surface, heights);
+    return Measure(PartsOf(stored), shared);
   }
 
  private:
@@ -156,10 +157,9 @@ class StoredCoding {
     });
   }
 
-  // As given.
-  SurfaceParts Uncoded() const {
-    return Parts([this](std::span<const int> faces, const RunContext& /*context*/) {
-      return ReadPart(surface_, cutter_, faces, 0);
+  SurfaceParts PartsOf(const StoredSurface& surface) const {
+    return Parts([this, &surface](std::span<const int> faces, const RunContext& /*context*/) {
+      return ReadPart(surface, cutter_, faces, 0);
     });
   }
 
@@ -336,9 +336,8 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
   };
   RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared}, context));
   const std::vector<uint8_t> bytes = coded.encoded.Concatenate();
-  RILIEVO_ASSIGN_OR_RETURN(
-      const PartsError found,
-      coding.MeasureBytes(bytes, coding.IsMeasuredByParts() ? shared : nullptr));
+  RILIEVO_ASSIGN_OR_RETURN(const PartsError found,
+                           coding.MeasureBytes(bytes, points != nullptr ? shared : nullptr));
   coded.error = found.error;
   if (points != nullptr) StateErrors(found.error, &coded.metadata);
   coded.metadata.folds = found.folds;
@@ -362,7 +361,7 @@ absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutte
   return coding.MeasureBytes(coded.encoded.Concatenate(), shared).status();
 }
 
-absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,
+absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, const PartSizes& sizes,
                                              PointPages* points, const ReconstructOptions& options,
                                              const PipelineContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(dss, true));
@@ -370,8 +369,8 @@ absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(file.mesh, file.topology));
   const bool in_groups =
       file.header.group_limit > 0 && file.layers.size() > static_cast<size_t>(kFirstGroupedLevel);
-  return StoredCoding(surface, cutter, points, {block_vertices, in_groups}, options, context)
-      .MeasureBytes(dss);
+  const BlockSize block{sizes.block_vertices, sizes.part_points, in_groups};
+  return StoredCoding(surface, cutter, points, block, options, context).MeasureBytes(dss);
 }
 
 }  // namespace rilievo

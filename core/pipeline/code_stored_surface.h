@@ -36,6 +36,7 @@ struct ThinnedPoints {
 
 struct BlockSize {
   int64_t vertices = 0;   // of the finest level, that are in memory at a time
+  int64_t points = 0;     // about, that a part is measured against
   bool in_groups = true;  // coded so, with groups as GroupFacesFor() gives them; else at once
 };
 
@@ -61,15 +62,15 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context);
 
-// Waits for what the process that leads `shared` codes in groups, and measures parts of it.
+// Waits for what the process that leads `shared` codes, and measures parts of it.
 // `surface` needs no heights.
 absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
                            PointPages* points, const BlockSize& block, SharedParts* shared,
                            const ReconstructOptions& options, const PipelineContext& context);
 
-// The error of a file that is whole up to its last layer, in memory as above where it has groups.
-// `points` may be null: then folds and sources alone. `options`: those it was made with.
-absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,
+// The error of a file that is whole up to its last layer, in memory as above. `points` may be null:
+// then folds and sources alone. `sizes` and `options`: those it was made with.
+absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, const PartSizes& sizes,
                                              PointPages* points, const ReconstructOptions& options,
                                              const PipelineContext& context);
 

@@ -95,7 +95,7 @@ struct Grouping {
            const ReconstructOptions& given)
       : options(given) {
     const auto group = GroupFacesFor(stored, cutter, sizes.block_vertices, given.encode);
-    block = {sizes.block_vertices, group.has_value()};
+    block = {sizes.block_vertices, sizes.part_points, group.has_value()};
     if (group) options.encode.group_faces = *group;
   }
 
@@ -115,7 +115,7 @@ absl::Status HelpFromPages(const PagedScan& pages, const PartSizes& sizes, Share
                    shared, context, &coarse->sampled.domain, &stored));
   { const ScanSurface spent = std::move(coarse->scan); }
   const Grouping grouping(stored, cutter, sizes, coarse->options);
-  if (!grouping.options.measure || !grouping.block.in_groups) return absl::OkStatus();
+  if (!grouping.options.measure) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.analyzed.surfels, stored.frame));
   return HelpToMeasure(stored, cutter, &points, grouping.block, shared, grouping.options, context);

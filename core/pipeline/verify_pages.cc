@@ -83,9 +83,9 @@ absl::StatusOr<Verification> Verify(std::span<const uint8_t> dss, const PagedSca
                              PointsOfPages::Create(scan, analyzed->surfels, frame));
     points.emplace(std::move(of_surface));
   }
-  RILIEVO_ASSIGN_OR_RETURN(const PartsError error,
-                           MeasureDssByParts(dss, sizes.block_vertices, points ? &*points : nullptr,
-                                             asked.options, measure));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const PartsError error,
+      MeasureDssByParts(dss, sizes, points ? &*points : nullptr, asked.options, measure));
   DssMetadata found = stated;
   if (same) found.scan_points = scan.figures().points_in;
   if (points) StateErrors(error.error, &found);

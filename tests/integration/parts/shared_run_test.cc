@@ -159,5 +159,14 @@ TEST_F(SharedRunTest, ASurfaceIsMeasuredByThoseWhoHelp) {
   EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
 }
 
+TEST_F(SharedRunTest, ASurfaceOfOneBlockIsMeasuredInAsManyPartsAsItsPointsAsk) {
+  options_.measure = true;
+  const std::vector<uint8_t> alone = *Lead(nullptr);
+  EXPECT_TRUE(absl::IsCancelled(Lead(kForEver, PartStep::kMeasured).status()));
+  EXPECT_TRUE(Help(kForEver).ok());
+  EXPECT_GE(all_.count(PartStep::kMeasured), 3u) << "24 000 points, 8 192 a part";
+  EXPECT_EQ(*Lead(kForEver), alone);
+}
+
 }  // namespace
 }  // namespace rilievo

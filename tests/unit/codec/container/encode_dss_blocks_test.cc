@@ -10,7 +10,7 @@
 #include "core/codec/container/dss.h"
 #include "core/codec/mesh/face_groups.h"
 #include "tests/unit/codec/test_surfaces.h"
-#include "tests/unit/surface/heights_in_memory.h"
+#include "core/surface/heights_in_memory.h"
 
 namespace rilievo {
 namespace {
