@@ -64,6 +64,11 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
 
 }  // namespace
 
+int64_t TellingPoints(int64_t points, double noise, double spacing) {
+  return static_cast<int64_t>(static_cast<double>(points) /
+                              std::pow(std::max(1.0, noise / spacing), 3));
+}
+
 int DefaultControlFaces(int64_t points) {
   const int64_t usual = std::min(points / kPointsPerFace, kUsualFaces);
   return static_cast<int>(std::clamp<int64_t>(std::max(usual, points / kManyPointsPerFace),
@@ -76,8 +81,10 @@ int UsefulControlFaces(int target_faces, int64_t points) {
 }
 
 int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud) {
-  return options.target_faces > 0 ? UsefulControlFaces(options.target_faces, cloud.points.cols())
-                                  : DefaultControlFaces(cloud.points.cols());
+  return options.target_faces > 0
+             ? UsefulControlFaces(options.target_faces, cloud.points.cols())
+             : DefaultControlFaces(
+                   TellingPoints(cloud.points.cols(), cloud.median_noise, cloud.median_spacing));
 }
 
 absl::Status AddTopologyFigures(ControlMeshResult* result) {

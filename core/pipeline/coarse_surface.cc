@@ -29,11 +29,13 @@ constexpr char kCoarseName[] = "coarse";
 
 // As many control faces as suit all points, as far as the `thinned` ones show their shape: they are
 // fitted to all.
-ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned) {
+ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned,
+                                     const PointMedians& medians) {
   constexpr int64_t kThinnedPerFace = 4;
   if (thinned == points) return options;
-  options.control.target_faces = static_cast<int>(
-      std::clamp<int64_t>(thinned / kThinnedPerFace, 1, DefaultControlFaces(points)));
+  options.control.target_faces = static_cast<int>(std::clamp<int64_t>(
+      thinned / kThinnedPerFace, 1,
+      DefaultControlFaces(TellingPoints(points, medians.noise, medians.spacing))));
   return options;
 }
 
@@ -91,7 +93,7 @@ absl::StatusOr<CoarseSurface> ShapeThinned(const PagedScan& pages, int64_t coars
   const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
   const int64_t count = std::min(pages.size(), coarse_points);
   const ReconstructOptions asked =
-      faces_given ? given : WithFacesForPages(given, pages.size(), count);
+      faces_given ? given : WithFacesForPages(given, pages.size(), count, coarse.all_points);
   const double spacing = coarse.all_points.spacing;
   RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeAnalyzed(std::move(scan), spacing,
                                                             count < pages.size(), asked, context));

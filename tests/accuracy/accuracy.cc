@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -74,6 +75,9 @@ absl::StatusOr<Arguments> ReadArguments(int count, char** words) {
 
 std::vector<SubjectName> SubjectsFor(const Arguments& arguments) {
   constexpr int64_t kSmall = 20000, kMedium = 100000, kLarge = 1000000;
+  // Several times as thick as these points are apart.
+  constexpr double kThick = 1;
+  static const std::set<std::string> kThickShapes = {"cutbox", "genus2", "pair", "terrain"};
   std::vector<SubjectName> subjects;
   for (const int64_t points : {kSmall, kMedium, kLarge}) {
     if (arguments.fast && points > kSmall) continue;
@@ -81,8 +85,9 @@ std::vector<SubjectName> SubjectsFor(const Arguments& arguments) {
       const auto& only = arguments.only;
       if (!only.empty() && std::find(only.begin(), only.end(), shape) == only.end()) continue;
       if (points == kLarge && !shape.starts_with("street")) continue;
-      for (const double noise : {0.0, 0.1, 0.3}) {
+      for (const double noise : {0.0, 0.1, 0.3, kThick}) {
         if (points == kLarge && noise > 0) continue;
+        if (noise == kThick && (points != kMedium || kThickShapes.count(shape) == 0)) continue;
         subjects.push_back({shape, noise, points});
       }
     }

@@ -21,7 +21,8 @@ constexpr double kMostScale = 4;
 constexpr double kQuantile = 0.4;
 // Of a neighbourhood along the tangent plane, and of the ball that it is taken from.
 constexpr int kFitPoints = 60;
-constexpr int kMostBallPoints = 512;
+constexpr int kMostBallPoints = 4096;
+constexpr int kLooks = 3;
 constexpr double kBallGrowth = 200;
 // Points of another sheet: they face away.
 constexpr double kLeastAgreement = 0.2;
@@ -69,8 +70,14 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
     const int point = static_cast<int>(s * count / samples);
     const double noise = cloud.noise[point], spacing = cloud.spacing[point];
     if (!(noise > kUnderstatedNoise * spacing)) return;
-    const double found = NoiseAlong(cloud, index, point, noise / spacing);
-    if (found >= 0) ratios[s] = found / noise;
+    double found = noise;
+    for (int look = 0; look < kLooks; ++look) {
+      const double wider = NoiseAlong(cloud, index, point, found / spacing);
+      if (wider < 0) return;
+      ratios[s] = wider / noise;
+      if (wider <= found) return;
+      found = wider;
+    }
   }));
   ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0), ratios.end());
   if (ratios.size() < kLeastSamples) return 1.0;

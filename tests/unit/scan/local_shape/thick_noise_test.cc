@@ -79,5 +79,14 @@ TEST(NoiseScaleTest, TheAnalysisKnowsThickNoise) {
   EXPECT_NEAR(scan.cloud.median_noise * scan.frame.diagonal, 0.025, 0.003);
 }
 
+// Five times as thick: the ball for the noise that is stated at first shows but half of it.
+TEST(NoiseScaleTest, TheAnalysisKnowsVeryThickNoise) {
+  KnownCloud sphere = SphereCloud(100000, 5);
+  AddNoise(0.06, 6, &sphere);
+  CheckedScan checked = CheckScan(sphere.cloud, CheckOptions{}, RunContext{}).value();
+  const ScanSurface scan = AnalyzeScan(std::move(checked), ScanOptions{}, RunContext{}).value();
+  EXPECT_NEAR(scan.cloud.median_noise * scan.frame.diagonal, 0.06, 0.007);
+}
+
 }  // namespace
 }  // namespace rilievo
