@@ -172,6 +172,24 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const std::vec
   return chosen;
 }
 
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Sampled(int64_t most, const std::vector<bool>& left_out,
+                                                    const RunContext& context) const {
+  const int64_t kept = size_ - std::count(left_out.begin(), left_out.end(), true);
+  most = std::min(most, kept);
+  Eigen::Matrix3Xd chosen(3, most);
+  int64_t seen = 0, next = 0;
+  for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const auto place = static_cast<size_t>(int64_t{page} * kPagePoints + i);
+      if (!left_out.empty() && left_out[place]) continue;
+      if (seen++ * most / kept == next) chosen.col(next++) = points.col(i);
+    }
+  }
+  return chosen;
+}
+
 absl::Status PagedScan::Save() const {
   PageIndex index{size_, curve_, cells_, figures_, {}, {}, {}, {}, {}};
   for (const Page& page : pages_) {

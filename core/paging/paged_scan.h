@@ -82,7 +82,11 @@ class PagedScan {
   // order of all points, those that are not chosen; empty: none. Scan frame, in order.
   absl::StatusOr<Eigen::Matrix3Xd> Thinned(int64_t most, const std::vector<bool>& left_out,
                                            const RunContext& context) const;
-  // About how many that are.
+  // `most` of those that are not left out, as many of each part of the curve as its share, or all:
+  // their noise is that of all points, where cells choose too many from the edge of thick noise.
+  absl::StatusOr<Eigen::Matrix3Xd> Sampled(int64_t most, const std::vector<bool>& left_out,
+                                           const RunContext& context) const;
+  // About how many Thinned() are.
   int64_t ThinnedCount(int64_t most) const { return std::min(size_, most); }
 
  private:

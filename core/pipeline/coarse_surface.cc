@@ -26,6 +26,8 @@ namespace rilievo {
 namespace {
 
 constexpr char kCoarseName[] = "coarse";
+// Points that the coarse pass sees of a scan with thick noise, for each that tells of shape.
+constexpr int64_t kSampledOfTelling = 2;
 
 // As many control faces as suit all points, as far as the `thinned` ones show their shape: they are
 // fitted to all.
@@ -254,20 +256,28 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
   const bool is_thinned = pages.size() > coarse_points;
   ReconstructOptions of_thinned = options;
   PointCloud thinned;
-  {
-    std::vector<bool> left_out;
-    if (is_thinned) {
-      const StageScope scope(Stage::kCheck, context);
-      RILIEVO_ASSIGN_OR_RETURN(left_out, LeftOutOfPages(pages, options, context));
-      of_thinned.scan.outliers.distance_factor = 0;
-    }
-    RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, left_out, context));
+  std::vector<bool> left_out;
+  if (is_thinned) {
+    const StageScope scope(Stage::kCheck, context);
+    RILIEVO_ASSIGN_OR_RETURN(left_out, LeftOutOfPages(pages, options, context));
+    of_thinned.scan.outliers.distance_factor = 0;
   }
+  RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, left_out, context));
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
-  OrientedCloud& cloud = scan.cloud;
-  *medians = {cloud.median_spacing, cloud.median_noise};
+  *medians = {scan.cloud.median_spacing, scan.cloud.median_noise};
   if (!is_thinned) return scan;
   RILIEVO_ASSIGN_OR_RETURN(*medians, MediansOfPages(pages, scan, options, context.Silent()));
+  if (medians->noise > medians->spacing) {
+    const int64_t telling = TellingPoints(pages.size(), medians->noise, medians->spacing);
+    { const ScanSurface spent = std::move(scan); }
+    RILIEVO_ASSIGN_OR_RETURN(
+        thinned.points,
+        pages.Sampled(std::min(coarse_points, kSampledOfTelling * telling), left_out, context));
+    RILIEVO_ASSIGN_OR_RETURN(scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
+    medians->noise = scan.cloud.median_noise;  // which fewer points tell better
+    return scan;
+  }
+  OrientedCloud& cloud = scan.cloud;
   if (medians->noise < cloud.median_noise) {
     const auto share = static_cast<float>(medians->noise / cloud.median_noise);
     for (float& noise : cloud.noise) noise *= share;

@@ -200,6 +200,18 @@ TEST(PagedScanTest, TheOrderOfThePointsDoesNotChangeAByte) {
             InParts(points.rowwise().reverse(), sizes).encoded.Concatenate());
 }
 
+// Its points are three times as dense as their noise is thick.
+TEST(PagedScanTest, ThickNoiseIsNoThickerInTheCoarsePass) {
+  const ShapePtr shape = MakeShape("star").value();
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 100000, 0.01);
+  const Reconstruction whole =
+      Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
+  const Reconstruction parts = InParts(points, {.coarse_points = 40000, .part_points = 40960});
+  EXPECT_EQ(parts.report.genus, 0);
+  EXPECT_EQ(parts.report.boundary_loops, 0);
+  EXPECT_LT(RmsFrom(*shape, parts.surface), 1.2 * RmsFrom(*shape, whole.surface));
+}
+
 TEST(PagedScanTest, BordersStayOpen) {
   const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 10000);
   const Reconstruction parts = InParts(points, {.coarse_points = 4000, .part_points = 8192});

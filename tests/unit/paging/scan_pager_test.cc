@@ -174,6 +174,29 @@ TEST(PagedScan, LeavesPointsOutOfTheThinned) {
   for (const auto point : thinned.colwise()) EXPECT_EQ(even.count(point.x()), 1u);
 }
 
+TEST(PagedScan, SamplesEachPartOfTheCurveAlike) {
+  const PagedScan paged = Paged(FarSphere(20000), 8000);
+  std::vector<bool> left_out(20000);
+  for (size_t i = 5000; i < 10000; ++i) left_out[i] = true;
+  const Eigen::Matrix3Xd all = AllPoints(paged);
+  const Eigen::Matrix3Xd sampled = paged.Sampled(4000, left_out, RunContext{}).value();
+  ASSERT_EQ(sampled.cols(), 4000);
+  int begin = 0, end = 0, gone = 0;  // of quarters of the curve
+  Eigen::Index found = 0;
+  for (Eigen::Index i = 0; i < all.cols() && found < sampled.cols(); ++i) {
+    if (all.col(i) != sampled.col(found)) continue;
+    ++found;
+    begin += i < 5000;
+    gone += left_out[i];
+    end += i >= 15000;
+  }
+  EXPECT_EQ(found, sampled.cols()) << "not of the points, or not in their order";
+  EXPECT_EQ(gone, 0);
+  EXPECT_NEAR(begin, 4000 / 3, 1);
+  EXPECT_NEAR(end, 4000 / 3, 1);
+  EXPECT_EQ(paged.Sampled(30000, left_out, RunContext{})->cols(), 15000);
+}
+
 TEST(PagedScan, KeepsAllPointsThatAreFewEnough) {
   const PagedScan paged = Paged(FarSphere(5000), 2000);
   const auto thinned = paged.Thinned(5000, {}, RunContext{});
