@@ -157,8 +157,13 @@ absl::StatusOr<OrientedCloud> CloudIn(const Eigen::AlignedBox3d& box, const Know
   const PagedScan& scan = known.scan;
   const SpatialFrame& frame = known.frame;
   const Box in_scan(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
-  std::vector<Eigen::Vector3d> places, normals;
+  int64_t most = 0;
+  for (const Page& page : scan.pages()) most += page.PointsNear(in_scan);
   OrientedCloud cloud;
+  cloud.points.resize(3, most);
+  cloud.normals.resize(3, most);
+  cloud.spacing.reserve(static_cast<size_t>(most));
+  cloud.noise.reserve(static_cast<size_t>(most));
   for (int page = 0; page < static_cast<int>(scan.pages().size()); ++page) {
     if (scan.pages()[page].PointsNear(in_scan) == 0) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -167,19 +172,17 @@ absl::StatusOr<OrientedCloud> CloudIn(const Eigen::AlignedBox3d& box, const Know
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
       const Surfel& surfel = of_page[i];
       if (!surfel.is_of_surface() || !in_scan.contains(points.col(i))) continue;
-      places.push_back(frame.UnitFromScan(points.col(i)));
+      const auto column = static_cast<Eigen::Index>(cloud.spacing.size());
+      cloud.points.col(column) = frame.UnitFromScan(points.col(i));
       const auto& [x, y, z] = surfel.normal;
-      normals.push_back(Eigen::Vector3d(x, y, z).normalized());
+      cloud.normals.col(column) = Eigen::Vector3d(x, y, z).normalized();
       cloud.spacing.push_back(surfel.spacing);
       cloud.noise.push_back(surfel.noise);
     }
   }
-  const auto columns = [](const std::vector<Eigen::Vector3d>& of) {
-    return Eigen::Map<const Eigen::Matrix3Xd>(of.empty() ? nullptr : of.front().data(), 3,
-                                              static_cast<Eigen::Index>(of.size()));
-  };
-  cloud.points = columns(places);
-  cloud.normals = columns(normals);
+  const auto columns = static_cast<Eigen::Index>(cloud.spacing.size());
+  cloud.points.conservativeResize(3, columns);
+  cloud.normals.conservativeResize(3, columns);
   cloud.median_spacing = MiddleOf(cloud.spacing);
   cloud.median_noise = MiddleOf(cloud.noise);
   return cloud;
