@@ -1,5 +1,6 @@
 #include "core/pipeline/report_warnings.h"
 
+#include <cmath>
 #include <string>
 
 #include "absl/strings/str_format.h"
@@ -10,9 +11,9 @@ namespace rilievo {
 namespace {
 
 // Thresholds beyond which a figure deserves a sentence.
-constexpr double kPoorFitSpacings = 2.0;                    // RMS of the points, in median spacings
-constexpr double kFilledShare = 0.2;                        // of all heights
-constexpr double kDisagreementShare = 0.05;                 // of neighbouring normals
+constexpr double kPoorFitSpacings = 2.0;     // RMS of the points beyond their noise, in spacings
+constexpr double kFilledShare = 0.2;         // of all heights
+constexpr double kDisagreementShare = 0.05;  // of neighbouring normals
 constexpr double kMostlyOneWay = 1.5, kMostlyNoise = 0.75;  // shares of an error that explain it
 
 double Share(int64_t part, int64_t whole) {
@@ -77,13 +78,13 @@ std::string NotBelieved(const SightFigures& figures, const char* name) {
 std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   std::vector<std::string> warnings;
   if (report.error_unreachable) warnings.push_back(UnreachableError(report));
-  const double rms_spacings =
-      report.median_spacing > 0 ? report.error.b_to_a.rms / report.median_spacing : 0;
-  if (rms_spacings > kPoorFitSpacings) {
+  const double rms = report.error.b_to_a.rms, spacing = report.median_spacing;
+  const double unexplained = std::sqrt(std::max(0.0, rms * rms - std::pow(report.median_noise, 2)));
+  if (spacing > 0 && unexplained > kPoorFitSpacings * spacing) {
     warnings.push_back(absl::StrFormat(
         "The points lie %.1f of their spacings (RMS) off the surface: they may not describe a "
         "surface, or it is finer than the control mesh; try more control faces.",
-        rms_spacings));
+        rms / spacing));
   }
   if (report.close_asked && report.boundary_loops > 0) {
     warnings.push_back(absl::StrFormat(

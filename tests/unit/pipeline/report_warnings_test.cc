@@ -39,6 +39,13 @@ TEST(WarningsTest, EachFaultHasASentence) {
                           HasSubstr("7 point(s)")));
 }
 
+TEST(WarningsTest, PointsThatNoiseKeepsOffTheSurfaceAreNoPoorFit) {
+  ReconstructReport report = Good();
+  report.error.b_to_a.rms = 0.02;
+  report.median_noise = 0.019;
+  EXPECT_THAT(WarningsOf(report), ElementsAre(HasSubstr("1.90 %")));
+}
+
 TEST(WarningsTest, BordersThatWereToBeClosedAndStayOpenAreNamed) {
   ReconstructReport report = Good();
   report.topology = "planar";
