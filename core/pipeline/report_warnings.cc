@@ -1,5 +1,6 @@
 #include "core/pipeline/report_warnings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 

@@ -22,18 +22,23 @@ constexpr double kQuantile = 0.4;
 // Of a neighbourhood along the tangent plane, and of the ball that it is taken from.
 constexpr int kFitPoints = 60;
 constexpr int kMostBallPoints = 4096;
-constexpr int kLooks = 3;
 constexpr double kBallGrowth = 200;
+// What a ball shows may ask for one of so many times its points, which is then looked at.
+constexpr int kTooSmall = 2, kLooks = 3;
 // Points of another sheet: they face away.
 constexpr double kLeastAgreement = 0.2;
 
+// How many points there are to be in it where noise is so many spacings thick.
+int BallFor(double ratio) {
+  return static_cast<int>(
+      std::min(kFitPoints + kBallGrowth * ratio * ratio, double{kMostBallPoints}));
+}
+
 // The points nearest to `center` along its tangent plane.
 std::vector<int> AlongTangentPlane(const OrientedCloud& cloud, const PointIndex& index, int center,
-                                   double ratio) {
+                                   int wanted) {
   std::array<int, kMostBallPoints> ball;
   std::array<double, kMostBallPoints> squared;
-  const int wanted =
-      static_cast<int>(std::min(kFitPoints + kBallGrowth * ratio * ratio, double{kMostBallPoints}));
   const Eigen::Vector3d at = cloud.points.col(center), normal = cloud.normals.col(center);
   const int found = index.Nearest(at, std::min(wanted, index.size()), ball.data(), squared.data());
   std::vector<std::pair<double, int>> along;
@@ -51,8 +56,8 @@ std::vector<int> AlongTangentPlane(const OrientedCloud& cloud, const PointIndex&
   return points;
 }
 
-double NoiseAlong(const OrientedCloud& cloud, const PointIndex& index, int center, double ratio) {
-  const std::vector<int> points = AlongTangentPlane(cloud, index, center, ratio);
+double NoiseAlong(const OrientedCloud& cloud, const PointIndex& index, int center, int ball) {
+  const std::vector<int> points = AlongTangentPlane(cloud, index, center, ball);
   if (points.size() < kFitPoints / 2) return -1;
   double radius = 0;
   for (const int point : points) {
@@ -70,13 +75,14 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
     const int point = static_cast<int>(s * count / samples);
     const double noise = cloud.noise[point], spacing = cloud.spacing[point];
     if (!(noise > kUnderstatedNoise * spacing)) return;
-    double found = noise;
+    double ratio = noise / spacing;
     for (int look = 0; look < kLooks; ++look) {
-      const double wider = NoiseAlong(cloud, index, point, found / spacing);
-      if (wider < 0) return;
-      ratios[s] = wider / noise;
-      if (wider <= found) return;
-      found = wider;
+      const int ball = BallFor(ratio);
+      const double found = NoiseAlong(cloud, index, point, ball);
+      if (found < 0) return;
+      ratios[s] = found / noise;
+      ratio = found / spacing;
+      if (BallFor(ratio) < kTooSmall * ball) return;
     }
   }));
   ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0), ratios.end());
