@@ -1,9 +1,11 @@
 #include "core/control/build_control_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/arbitrary_control_mesh.h"
 #include "core/control/choose_topology.h"
@@ -20,6 +22,8 @@ namespace {
 
 constexpr int64_t kPointsPerFace = 30, kManyPointsPerFace = 120;
 constexpr int64_t kFewestFaces = 200, kUsualFaces = 12000;
+constexpr int64_t kTellingAtLeast = 20000;
+constexpr size_t kStretch = 1024;  // of the curve, over which noise is taken to be even
 constexpr int64_t kMostFacesPerPoint = 4;
 
 absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlOptions& options,
@@ -64,9 +68,21 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
 
 }  // namespace
 
-int64_t TellingPoints(int64_t points, double noise, double spacing) {
-  return static_cast<int64_t>(static_cast<double>(points) /
-                              std::pow(std::max(1.0, noise / spacing), 3));
+int64_t TellingPoints(const OrientedCloud& cloud, int64_t points, double closer) {
+  const size_t count = cloud.noise.size();
+  if (count == 0) return points;
+  double telling = 0;
+  std::vector<float> ratios;
+  for (size_t begin = 0; begin < count; begin += kStretch) {
+    const size_t end = std::min(count, begin + kStretch);
+    ratios.clear();
+    for (size_t i = begin; i < end; ++i) ratios.push_back(cloud.noise[i] / cloud.spacing[i]);
+    const double thick = std::max(1.0, Median(ratios) / closer);
+    telling += static_cast<double>(end - begin) / std::pow(thick, 3);
+  }
+  const double share = telling / static_cast<double>(count);
+  return std::max(std::min(points, kTellingAtLeast),
+                  static_cast<int64_t>(share * static_cast<double>(points)));
 }
 
 int DefaultControlFaces(int64_t points) {
@@ -83,8 +99,7 @@ int UsefulControlFaces(int target_faces, int64_t points) {
 int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud) {
   return options.target_faces > 0
              ? UsefulControlFaces(options.target_faces, cloud.points.cols())
-             : DefaultControlFaces(
-                   TellingPoints(cloud.points.cols(), cloud.median_noise, cloud.median_spacing));
+             : DefaultControlFaces(TellingPoints(cloud, cloud.points.cols(), 1));
 }
 
 absl::Status AddTopologyFigures(ControlMeshResult* result) {

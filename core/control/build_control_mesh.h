@@ -26,9 +26,10 @@ struct ControlMeshResult {
 };
 
 // How many of the points tell of shape, for DefaultControlFaces(): as many as there would be if
-// they were as far apart as their noise is thick. More of them fill the volume that noise makes of
-// the surface, and only average it. `noise`, `spacing`: medians.
-int64_t TellingPoints(int64_t points, double noise, double spacing);
+// none were closer together than its noise is thick, by the median of each stretch. More of them
+// fill the volume that noise makes of the surface, and only average it. 20 000 tell in any case.
+// The cloud is a sample of `points` that are `closer` times (0, 1] as far apart.
+int64_t TellingPoints(const OrientedCloud& cloud, int64_t points, double closer);
 
 // The rule behind target_faces = 0: one face for 30 points, 200 at least, whose third subdivision
 // has about as many vertices as there are points; from 12 000 on one for 120 points, 200 000 at

@@ -29,15 +29,18 @@ constexpr char kCoarseName[] = "coarse";
 // Points that the coarse pass sees of a scan with thick noise, for each that tells of shape.
 constexpr int64_t kSampledOfTelling = 2;
 
+// TellingPoints() of all points, of which the cloud is a sample.
+int64_t TellingOfPages(const PagedScan& pages, const OrientedCloud& cloud,
+                       const PointMedians& medians) {
+  return TellingPoints(cloud, pages.size(), std::min(1.0, medians.spacing / cloud.median_spacing));
+}
+
 // As many control faces as suit all points, as far as the `thinned` ones show their shape: they are
 // fitted to all.
-ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned,
-                                     const PointMedians& medians) {
+ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t thinned, int64_t telling) {
   constexpr int64_t kThinnedPerFace = 4;
-  if (thinned == points) return options;
-  options.control.target_faces = static_cast<int>(std::clamp<int64_t>(
-      thinned / kThinnedPerFace, 1,
-      DefaultControlFaces(TellingPoints(points, medians.noise, medians.spacing))));
+  options.control.target_faces = static_cast<int>(
+      std::clamp<int64_t>(thinned / kThinnedPerFace, 1, DefaultControlFaces(telling)));
   return options;
 }
 
@@ -95,7 +98,9 @@ absl::StatusOr<CoarseSurface> ShapeThinned(const PagedScan& pages, int64_t coars
   const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
   const int64_t count = std::min(pages.size(), coarse_points);
   const ReconstructOptions asked =
-      faces_given ? given : WithFacesForPages(given, pages.size(), count, coarse.all_points);
+      faces_given || count == pages.size()
+          ? given
+          : WithFacesForPages(given, count, TellingOfPages(pages, scan.cloud, coarse.all_points));
   const double spacing = coarse.all_points.spacing;
   RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeAnalyzed(std::move(scan), spacing,
                                                             count < pages.size(), asked, context));
@@ -268,7 +273,7 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
   if (!is_thinned) return scan;
   RILIEVO_ASSIGN_OR_RETURN(*medians, MediansOfPages(pages, scan, options, context.Silent()));
   if (medians->noise > medians->spacing) {
-    const int64_t telling = TellingPoints(pages.size(), medians->noise, medians->spacing);
+    const int64_t telling = TellingOfPages(pages, scan.cloud, *medians);
     { const ScanSurface spent = std::move(scan); }
     RILIEVO_ASSIGN_OR_RETURN(
         thinned.points,

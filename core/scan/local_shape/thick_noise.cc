@@ -23,8 +23,8 @@ constexpr double kQuantile = 0.4;
 constexpr int kFitPoints = 60;
 constexpr int kMostBallPoints = 4096;
 constexpr double kBallGrowth = 200;
-// What a ball shows may ask for one of so many times its points, which is then looked at.
-constexpr int kTooSmall = 2, kLooks = 3;
+// Balls for the noise that the one before has shown, while it grows.
+constexpr int kLooks = 3;
 // Points of another sheet: they face away.
 constexpr double kLeastAgreement = 0.2;
 
@@ -77,12 +77,11 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
     if (!(noise > kUnderstatedNoise * spacing)) return;
     double ratio = noise / spacing;
     for (int look = 0; look < kLooks; ++look) {
-      const int ball = BallFor(ratio);
-      const double found = NoiseAlong(cloud, index, point, ball);
+      const double found = NoiseAlong(cloud, index, point, BallFor(ratio));
       if (found < 0) return;
       ratios[s] = found / noise;
+      if (found <= ratio * spacing) return;
       ratio = found / spacing;
-      if (BallFor(ratio) < kTooSmall * ball) return;
     }
   }));
   ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0), ratios.end());
