@@ -10,8 +10,8 @@
 #include <set>
 
 #include "core/surface/count_folds.h"
-#include "core/surface/surface_samples.h"
 #include "core/surface/heights_in_memory.h"
+#include "core/surface/surface_samples.h"
 #include "tests/unit/surface/pages_in_memory.h"
 #include "tests/unit/surface/test_shapes.h"
 

@@ -9,8 +9,8 @@
 
 #include "core/codec/container/dss.h"
 #include "core/codec/mesh/face_groups.h"
-#include "tests/unit/codec/test_surfaces.h"
 #include "core/surface/heights_in_memory.h"
+#include "tests/unit/codec/test_surfaces.h"
 
 namespace rilievo {
 namespace {
