@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "core/scan/scan_surface.h"
 #include "tests/unit/scan/scan_clouds.h"
@@ -69,23 +70,16 @@ TEST(NoiseScaleTest, SameForAnyThreadCount) {
   EXPECT_EQ(Scale(made, 1), Scale(made, 3));
 }
 
-// What the whole analysis says of noise twice as thick as the spacing: the sixteen nearest points
-// alone say half.
+// What the whole analysis says of noise twice and five times as thick as the spacing: the sixteen
+// nearest points alone say half, and a ball for the noise that they say shows too little of it.
 TEST(NoiseScaleTest, TheAnalysisKnowsThickNoise) {
-  KnownCloud sphere = SphereCloud(100000, 5);
-  AddNoise(0.025, 6, &sphere);
-  CheckedScan checked = CheckScan(sphere.cloud, CheckOptions{}, RunContext{}).value();
-  const ScanSurface scan = AnalyzeScan(std::move(checked), ScanOptions{}, RunContext{}).value();
-  EXPECT_NEAR(scan.cloud.median_noise * scan.frame.diagonal, 0.025, 0.003);
-}
-
-// Five times as thick: the ball for the noise that is stated at first shows but half of it.
-TEST(NoiseScaleTest, TheAnalysisKnowsVeryThickNoise) {
-  KnownCloud sphere = SphereCloud(100000, 5);
-  AddNoise(0.06, 6, &sphere);
-  CheckedScan checked = CheckScan(sphere.cloud, CheckOptions{}, RunContext{}).value();
-  const ScanSurface scan = AnalyzeScan(std::move(checked), ScanOptions{}, RunContext{}).value();
-  EXPECT_NEAR(scan.cloud.median_noise * scan.frame.diagonal, 0.06, 0.007);
+  for (const auto& [noise, within] : {std::pair(0.025, 0.003), std::pair(0.06, 0.007)}) {
+    KnownCloud sphere = SphereCloud(100000, 5);
+    AddNoise(noise, 6, &sphere);
+    CheckedScan checked = CheckScan(sphere.cloud, CheckOptions{}, RunContext{}).value();
+    const ScanSurface scan = AnalyzeScan(std::move(checked), ScanOptions{}, RunContext{}).value();
+    EXPECT_NEAR(scan.cloud.median_noise * scan.frame.diagonal, noise, within);
+  }
 }
 
 }  // namespace

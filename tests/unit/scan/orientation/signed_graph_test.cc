@@ -106,17 +106,21 @@ TEST(SignedGraphTest, RelationDecidesWhereLinksContradictEachOther) {
   EXPECT_EQ(between(joined), 1);
 }
 
+// All groups do; counts how often it is asked.
+GroupRelation StayApart(int* asked) {
+  return [asked](double, std::span<const SignedNode>,
+                 std::span<const SignedNode>) -> absl::StatusOr<std::optional<double>> {
+    ++*asked;
+    return std::nullopt;
+  };
+}
+
 // Groups that stay apart are asked again once a third one joins either of them.
 TEST(SignedGraphTest, GroupsApartAreAskedAgain) {
   int asked = 0;
-  const auto apart = [&asked](
-                         double, std::span<const SignedNode>,
-                         std::span<const SignedNode>) -> absl::StatusOr<std::optional<double>> {
-    ++asked;
-    return std::nullopt;
-  };
   const std::vector<SignedLink> links = {{0, 1, 3.0}, {0, 1, -2.0}, {1, 2, -0.5}, {0, 2, -0.5}};
-  const SignedLabels labels = LabelSignedGraph(3, links, {}, apart, RunContext{}).value();
+  const SignedLabels labels =
+      LabelSignedGraph(3, links, {}, StayApart(&asked), RunContext{}).value();
   EXPECT_EQ(asked, 2);
   EXPECT_EQ(labels.components, 2);
   EXPECT_EQ(labels.sign[0] * labels.sign[2], -1);
@@ -125,18 +129,13 @@ TEST(SignedGraphTest, GroupsApartAreAskedAgain) {
 // A hundred small nodes join the one group, each with a link that adds next to nothing.
 TEST(SignedGraphTest, GroupsApartAreNotAskedForEveryLink) {
   int asked = 0;
-  const auto apart = [&asked](
-                         double, std::span<const SignedNode>,
-                         std::span<const SignedNode>) -> absl::StatusOr<std::optional<double>> {
-    ++asked;
-    return std::nullopt;
-  };
   std::vector<SignedLink> links = {{0, 1, 300.0}, {0, 1, -200.0}};
   for (int node = 2; node < 102; ++node) {
     links.push_back({0, node, -9.0});
     links.push_back({1, node, -1.0});
   }
-  const SignedLabels labels = LabelSignedGraph(102, links, {}, apart, RunContext{}).value();
+  const SignedLabels labels =
+      LabelSignedGraph(102, links, {}, StayApart(&asked), RunContext{}).value();
   EXPECT_EQ(labels.components, 2);
   EXPECT_GE(asked, 2);
   EXPECT_LE(asked, 5);
