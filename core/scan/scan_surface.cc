@@ -157,10 +157,10 @@ absl::StatusOr<NormalsOfScan> FindNormals(ScanNeighbors* scan, const RunContext&
   return found;
 }
 
-// As FindNormals, of what is left without foliage.
-absl::StatusOr<NormalsOfScan> FindNormalsWithoutFoliage(ScanNeighbors* scan,
-                                                        const ScanOptions& options,
-                                                        const RunContext& context) {
+// Takes foliage out of the scan. Its normals as FindNormals, where there was none to take out.
+absl::StatusOr<std::optional<NormalsOfScan>> RemoveFoliage(ScanNeighbors* scan,
+                                                           const ScanOptions& options,
+                                                           const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(NormalsOfScan found, FindNormals(scan, context));
   if (options.outliers.distance_factor == 0) return found;
   const int64_t checked = scan->graph.size();
@@ -177,6 +177,16 @@ absl::StatusOr<NormalsOfScan> FindNormalsWithoutFoliage(ScanNeighbors* scan,
   RILIEVO_ASSIGN_OR_RETURN(*scan, KeepPoints(keep, std::move(*scan), options, context));
   // Those at its edge stand alone now.
   RILIEVO_ASSIGN_OR_RETURN(*scan, WithoutOutliers(std::move(*scan), options, context));
+  return std::nullopt;
+}
+
+// As FindNormals, of what is left without foliage.
+absl::StatusOr<NormalsOfScan> FindNormalsWithoutFoliage(ScanNeighbors* scan,
+                                                        const ScanOptions& options,
+                                                        const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(std::optional<NormalsOfScan> found,
+                           RemoveFoliage(scan, options, context));
+  if (found) return *std::move(found);
   return FindNormals(scan, context);
 }
 
@@ -214,7 +224,7 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
 absl::StatusOr<std::vector<uint8_t>> FindKept(ScanNeighbors scan, const ScanOptions& options,
                                               const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
-  RILIEVO_RETURN_IF_ERROR(FindNormalsWithoutFoliage(&scan, options, context).status());
+  RILIEVO_RETURN_IF_ERROR(RemoveFoliage(&scan, options, context).status());
   return std::move(scan.keep);
 }
 
