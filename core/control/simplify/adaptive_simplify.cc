@@ -1,5 +1,6 @@
 #include "core/control/simplify/adaptive_simplify.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -13,30 +14,26 @@ namespace {
 // this weight halves them, which makes four faces of one.
 constexpr float kWeight = 64;
 
-// The weights of the faces of `mesh`.
-absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector3d>& points,
-                                                 const ControlMesh& mesh,
-                                                 const RunContext& context) {
+// Weighs the faces of `mesh` around `points` more.
+absl::Status AddWeightsAround(const std::vector<Eigen::Vector3d>& points, const ControlMesh& mesh,
+                              const RunContext& context, std::vector<float>* weights) {
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
                            ClosestPointTree::Build(mesh.vertices, mesh.faces, context));
-  std::vector<float> weights(static_cast<size_t>(mesh.faces.cols()), 1.0f);
+  // The faces nearest to them, and a ring of faces around these.
+  std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
   int hint = -1;
   for (const Eigen::Vector3d& point : points) {
     hint = tree.Closest(point, hint).item;
-    weights[tree.source()[hint]] = kWeight;
+    for (const int v : mesh.faces.col(tree.source()[hint])) touched[v] = 1;
   }
-  // A ring of faces around them has the weight too.
-  std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
-  for (size_t f = 0; f < weights.size(); ++f) {
-    if (weights[f] == 1) continue;
-    for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) touched[v] = 1;
-  }
-  for (size_t f = 0; f < weights.size(); ++f) {
-    for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) {
-      if (touched[v] != 0) weights[f] = kWeight;
+  weights->resize(static_cast<size_t>(mesh.faces.cols()), 1.0f);
+  for (size_t f = 0; f < weights->size(); ++f) {
+    const auto corners = mesh.faces.col(static_cast<Eigen::Index>(f));
+    if (std::any_of(corners.begin(), corners.end(), [&](int v) { return touched[v] != 0; })) {
+      (*weights)[f] *= kWeight;
     }
   }
-  return weights;
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -46,7 +43,7 @@ absl::StatusOr<ControlMesh> AdaptiveSimplify(const UncoveredPoints& lost, const 
                                              const RunContext& context, FacePlanes planes) {
   SimplifyOptions with_more = options;
   if (!lost.points.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(planes.weights, WeightsAround(lost.points, fine, context));
+    RILIEVO_RETURN_IF_ERROR(AddWeightsAround(lost.points, fine, context, &planes.weights));
     with_more.target_faces += 3 * lost.faces;
   }
   return SimplifyMesh(fine, with_more, context, &planes);
