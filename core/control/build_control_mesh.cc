@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/ablation.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/arbitrary_control_mesh.h"
@@ -70,7 +71,7 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
 
 int64_t TellingPoints(const OrientedCloud& cloud, int64_t points, double closer) {
   const size_t count = cloud.noise.size();
-  if (count == 0) return points;
+  if (count == 0 || IsLeftOut(Mechanism::kTellingPoints)) return points;
   double telling = 0;
   std::vector<float> ratios;
   for (size_t begin = 0; begin < count; begin += kStretch) {
