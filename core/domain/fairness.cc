@@ -1,9 +1,23 @@
 #include "core/domain/fairness.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "core/base/ablation.h"
+#include "core/base/parallel_for_each.h"
+#include "core/base/status_macros.h"
+#include "core/points/belonging.h"
 
 namespace rilievo {
 namespace {
+
+// Noise is thick from this part of a control edge on, about. On four shapes of 100 000 points with
+// noise of 0.3 and 1 % of the diagonal, and noise that grows from 0 to 1 %, it left 0.80 of the
+// error.
+constexpr double kThickAgainstFaces = 0.1, kStiffening = 8;
 
 // Along a crease, or nothing but the vertex itself in a corner.
 std::vector<int> SharpUmbrella(const DomainSamples& samples, int control_vertex) {
@@ -37,6 +51,30 @@ Umbrella UmbrellaOf(const DomainSamples& samples, int control_vertex) {
     umbrella.vertices.insert(umbrella.vertices.end(), begin, end);
   }
   return umbrella;
+}
+
+absl::StatusOr<std::vector<double>> FairnessWeights(const OrientedCloud& cloud,
+                                                    const PointIndex& index,
+                                                    const SampledSurface& surface,
+                                                    const AreaShares& areas,
+                                                    const RunContext& context) {
+  std::vector<double> weights = areas.control_vertices;
+  if (IsLeftOut(Mechanism::kStiffness)) return weights;
+  const double usual =
+      std::reduce(weights.begin(), weights.end()) / static_cast<double>(weights.size());
+  const auto weigh = [&](int64_t v) {
+    std::array<int, kNearPoints> near;
+    std::array<double, kNearPoints> squared;
+    const int count = index.Nearest(surface.positions.col(v), std::min(kNearPoints, index.size()),
+                                    near.data(), squared.data());
+    double noise = 0;
+    for (int k = 0; k < count; ++k) noise += double{cloud.noise[near[k]]} / count;
+    const double thick = noise / (kThickAgainstFaces * std::sqrt(std::max(weights[v], usual)));
+    if (thick > 1) weights[v] *= std::pow(thick, kStiffening);
+  };
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach(static_cast<int64_t>(weights.size()), kHeavyBlock, context, weigh));
+  return weights;
 }
 
 double FairnessOfRound(double start, double end, int round, int rounds) {

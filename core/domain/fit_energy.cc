@@ -1,6 +1,7 @@
 #include "core/domain/fit_energy.h"
 
 #include <numeric>
+#include <utility>
 
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_for_each.h"
@@ -8,17 +9,19 @@
 #include "core/domain/fairness.h"
 
 namespace rilievo {
-absl::StatusOr<FitEnergy> FitEnergy::Build(const DomainSamples& samples, const AreaShares& areas,
+
+absl::StatusOr<FitEnergy> FitEnergy::Build(const DomainSamples& samples,
+                                           std::vector<double> weights,
                                            const SampleTargets& targets,
                                            const RunContext& context) {
-  FitEnergy energy(samples, targets);
-  energy.AddUmbrellas(areas);
+  FitEnergy energy(samples, std::move(weights), targets);
+  energy.AddUmbrellas();
   energy.FindUses();
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   return energy;
 }
 
-void FitEnergy::AddUmbrellas(const AreaShares& areas) {
+void FitEnergy::AddUmbrellas() {
   umbrella_begin_ = {0};
   for (int v = 0; v < samples_.control_vertex_count(); ++v) {
     const Umbrella umbrella = UmbrellaOf(samples_, v);
@@ -29,7 +32,6 @@ void FitEnergy::AddUmbrellas(const AreaShares& areas) {
     }
     umbrella_begin_.push_back(static_cast<int>(umbrella_vertices_.size()));
   }
-  umbrella_share_ = areas.control_vertices;
 }
 
 void FitEnergy::FindUses() {
@@ -63,7 +65,7 @@ double FitEnergy::Pull(int row, const Eigen::Matrix4Xd& points, Eigen::Vector4d*
   if (v >= 0) {
     const Eigen::Vector4d at = sum(umbrella_begin_[v], umbrella_begin_[v + 1],
                                    umbrella_vertices_.data(), umbrella_weights_.data());
-    *pull = fairness_ * umbrella_share_[v] * at;
+    *pull = fairness_ * umbrella_area_[v] * at;
     return 0.5 * pull->dot(at);
   }
   const LimitStencils& stencils = samples_.stencils;
@@ -117,7 +119,7 @@ absl::Status FitEnergy::DiagonalBlocks(const RunContext& context, Eigen::Matrix3
     for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
       const auto [row, weight] = uses_[k];
       if (row >= samples_.size()) {
-        const double share = umbrella_share_[row - samples_.size()];
+        const double share = umbrella_area_[row - samples_.size()];
         block.diagonal().array() += weight * weight * fairness_ * share;
         continue;
       }

@@ -19,9 +19,9 @@ namespace rilievo {
 // do not depend on the number of threads.
 class FitEnergy {
  public:
-  // `samples` and `targets` are read whenever it is evaluated, and must outlive it: a new round
-  // changes the targets in place. CANCELLED when stopped.
-  static absl::StatusOr<FitEnergy> Build(const DomainSamples& samples, const AreaShares& areas,
+  // `weights`: A_v. `samples` and `targets` are read whenever it is evaluated, and must outlive it:
+  // a new round changes the targets in place. CANCELLED when stopped.
+  static absl::StatusOr<FitEnergy> Build(const DomainSamples& samples, std::vector<double> weights,
                                          const SampleTargets& targets, const RunContext& context);
 
   void set_fairness(double fairness) { fairness_ = fairness; }
@@ -40,10 +40,10 @@ class FitEnergy {
     double weight;
   };
 
-  FitEnergy(const DomainSamples& samples, const SampleTargets& targets)
-      : samples_(samples), targets_(targets) {}
+  FitEnergy(const DomainSamples& samples, std::vector<double> weights, const SampleTargets& targets)
+      : samples_(samples), targets_(targets), umbrella_area_(std::move(weights)) {}
 
-  void AddUmbrellas(const AreaShares& areas);
+  void AddUmbrellas();
   void FindUses();
   double Pull(int row, const Eigen::Matrix4Xd& points, Eigen::Vector4d* pull) const;
 
@@ -52,7 +52,7 @@ class FitEnergy {
   double fairness_ = 0;
   std::vector<int> umbrella_begin_, umbrella_vertices_;
   std::vector<double> umbrella_weights_;
-  std::vector<double> umbrella_share_;  // A_v
+  std::vector<double> umbrella_area_;  // A_v
   // Of control point v: [use_begin_[v], use_begin_[v + 1]), rows ascending.
   std::vector<int> use_begin_;
   std::vector<Use> uses_;

@@ -1,6 +1,7 @@
 #include "core/domain/least_squares_fit.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "core/base/status_macros.h"
@@ -25,7 +26,11 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
                              const RunContext& context, FootPointSearch* search, FitState* state) {
   const AreaShares areas = ShareArea(samples, state->surface);
   SampleTargets targets = MakeSampleTargets(samples);
-  RILIEVO_ASSIGN_OR_RETURN(FitEnergy energy, FitEnergy::Build(samples, areas, targets, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      std::vector<double> weights,
+      FairnessWeights(search->cloud(), search->index(), state->surface, areas, context));
+  RILIEVO_ASSIGN_OR_RETURN(FitEnergy energy,
+                           FitEnergy::Build(samples, std::move(weights), targets, context));
   double tangential_weight = options.tangential_weight;
   for (int round = 0; round < options.rounds; ++round) {
     context.Report(Stage::kDomainFit, ShareOfRounds(options, options.suzuki_rounds + round));

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <set>
+#include <stop_token>
 
 #include "tests/unit/domain/analytic_scenes.h"
 
@@ -103,6 +107,57 @@ TEST(Fairness, ActsAlongCreasesAndNotInCorners) {
   }
   EXPECT_EQ(corners, 8);
   EXPECT_GT(creases, 40);
+}
+
+// Of a sphere whose points have no noise below and noise of `thick` edges above.
+TEST(FairnessWeights, GrowWhereNoiseIsThickAgainstFaces) {
+  const ControlMesh mesh = OctahedralSphere(0.3, 2, false);
+  const auto samples = BuildDomainSamples(mesh, 1, RunContext());
+  SampledSurface surface;
+  ASSERT_TRUE(SampleSurface(*samples, mesh.vertices, RunContext(), &surface).ok());
+  const AreaShares areas = ShareArea(*samples, surface);
+  OrientedCloud cloud;
+  cloud.points = surface.positions;
+  const auto index = PointIndex::Build(cloud.points, RunContext());
+  const std::vector<double>& shares = areas.control_vertices;
+  const double mean = std::reduce(shares.begin(), shares.end()) / shares.size();
+  const double edge = std::sqrt(mean);
+  for (const double thick : {0.05, 0.15, 0.3}) {
+    cloud.noise.assign(static_cast<size_t>(cloud.points.cols()), 0.0f);
+    for (Eigen::Index i = 0; i < cloud.points.cols(); ++i) {
+      if (cloud.points(2, i) > 0) cloud.noise[i] = static_cast<float>(thick * edge);
+    }
+    const auto weights = FairnessWeights(cloud, *index, surface, areas, RunContext());
+    ASSERT_TRUE(weights.ok());
+    for (int v = 0; v < samples->control_vertex_count(); ++v) {
+      const double z = surface.positions(2, v), share = shares[v];
+      if (z > 0.15) {
+        const double times = 10 * thick * edge / std::sqrt(std::max(share, mean));
+        EXPECT_NEAR((*weights)[v] / share, std::max(1.0, std::pow(times, 8)),
+                    1e-4 * std::pow(times, 8));
+      } else if (z < -0.15) {
+        EXPECT_EQ((*weights)[v], share);
+      }
+    }
+  }
+}
+
+TEST(FairnessWeights, StopWhenAsked) {
+  const ControlMesh mesh = OctahedralSphere(0.3, 2, false);
+  const auto samples = BuildDomainSamples(mesh, 1, RunContext());
+  SampledSurface surface;
+  ASSERT_TRUE(SampleSurface(*samples, mesh.vertices, RunContext(), &surface).ok());
+  OrientedCloud cloud;
+  cloud.points = surface.positions;
+  cloud.noise.assign(static_cast<size_t>(cloud.points.cols()), 0.1f);
+  const auto index = PointIndex::Build(cloud.points, RunContext());
+  std::stop_source source;
+  source.request_stop();
+  RunContext context;
+  context.stop = source.get_token();
+  const auto stopped =
+      FairnessWeights(cloud, *index, surface, ShareArea(*samples, surface), context);
+  EXPECT_EQ(stopped.status().code(), absl::StatusCode::kCancelled);
 }
 
 }  // namespace

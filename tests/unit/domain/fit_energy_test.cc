@@ -19,7 +19,7 @@ class FitEnergyOf : public testing::TestWithParam<bool> {
   FitEnergyOf() {
     EXPECT_TRUE(SampleSurface(samples_, mesh_.vertices, RunContext(), &surface_).ok());
     areas_ = ShareArea(samples_, surface_);
-    energy_.emplace(*FitEnergy::Build(samples_, areas_, targets_, RunContext()));
+    energy_.emplace(*FitEnergy::Build(samples_, areas_.control_vertices, targets_, RunContext()));
     energy_->set_fairness(kFairness);
   }
 

@@ -18,7 +18,7 @@ class MinimizeEnergyTest : public testing::Test {
     SampledSurface surface;
     EXPECT_TRUE(SampleSurface(samples_, mesh_.vertices, RunContext(), &surface).ok());
     areas_ = ShareArea(samples_, surface);
-    energy_.emplace(*FitEnergy::Build(samples_, areas_, targets_, RunContext()));
+    energy_.emplace(*FitEnergy::Build(samples_, areas_.control_vertices, targets_, RunContext()));
     energy_->set_fairness(0.1);
   }
 
