@@ -3,12 +3,13 @@
 For each number of points a scan is simulated and made into a surface by parts, by the command with
 one thread and with two, then by fleets of so many workers over one PostgreSQL. Where this user may
 make control groups each process has 1.5 GB of memory, and each worker a share of a core. A line for
-each says the time, processor time, largest resident memory of a process, and bytes; the exit status
-is 1 where surfaces differ, a process takes more than 1.3 GB, or one fails."""
+each says the time, processor time, largest resident memory of a process, bytes, components and
+loops; the exit status is 1 where surfaces differ, a process takes more than 1.3 GB, or one fails."""
 import argparse
 import collections
 import contextlib
 import hashlib
+import json
 import os
 import pathlib
 import shutil
@@ -91,10 +92,14 @@ class Large:
         return scan
 
     def _seen(self, name, begin, peak, surface):
+        took = time.monotonic() - begin
         data = surface.read_bytes()
+        about = json.loads(subprocess.run([self._options.bin / "rilievo", "info", surface, "--json"],
+                                          check=True, capture_output=True).stdout)
         surface.unlink()
-        return Seen(f"{name}: {time.monotonic() - begin:.0f} s, {peak.seconds:.0f} s of processor "
-                    f"time, {peak.bytes / 1e6:.0f} MB, {len(data)} bytes",
+        return Seen(f"{name}: {took:.0f} s, {peak.seconds:.0f} s of processor time, "
+                    f"{peak.bytes / 1e6:.0f} MB, {len(data)} bytes, {about['components']} "
+                    f"components, {about['boundary_loops']} loops",
                     hashlib.sha256(data).hexdigest(), peak.bytes)
 
     def by_command(self, scan, threads):
