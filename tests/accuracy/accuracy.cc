@@ -77,7 +77,8 @@ std::vector<SubjectName> SubjectsFor(const Arguments& arguments) {
   constexpr int64_t kSmall = 20000, kMedium = 100000, kLarge = 1000000;
   // Several times as thick as these points are apart.
   constexpr double kThick = 1;
-  static const std::set<std::string> kThickShapes = {"cutbox", "genus2", "pair", "terrain"};
+  static const std::set<std::string> kThickShapes = {"bracket-growing", "cutbox", "genus2",
+                                                     "genus2-growing",  "pair",   "terrain"};
   std::vector<SubjectName> subjects;
   for (const int64_t points : {kSmall, kMedium, kLarge}) {
     if (arguments.fast && points > kSmall) continue;
@@ -88,6 +89,7 @@ std::vector<SubjectName> SubjectsFor(const Arguments& arguments) {
       for (const double noise : {0.0, 0.1, 0.3, kThick}) {
         if (points == kLarge && noise > 0) continue;
         if (noise == kThick && (points != kMedium || kThickShapes.count(shape) == 0)) continue;
+        if (noise != kThick && shape.ends_with("-growing")) continue;
         subjects.push_back({shape, noise, points});
       }
     }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <random>
 #include <tuple>
 #include <utility>
 
@@ -99,20 +100,38 @@ absl::StatusOr<Matrix3Xd> PlacesOn(const AnalyticShape& shape, uint64_t seed) {
   return places;
 }
 
-// `views` and `outliers` as ScannerOptions have them.
-absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, double outliers,
-                                  const SubjectName& name) {
+// Noise along the normals, whose deviation grows along x from nothing to `largest`.
+void AddGrowingNoise(double largest, uint64_t seed, SimulatedScan* scan) {
+  Matrix3Xd& points = scan->cloud.points;
+  const double from = points.row(0).minCoeff(), width = points.row(0).maxCoeff() - from;
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> deviates;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const double deviation = largest * (points(0, i) - from) / width;
+    points.col(i) += deviation * deviates(random) * scan->normals.col(i);
+  }
+}
+
+struct Scanning {
+  int views = 0;        // see ScannerOptions
+  double outliers = 0;  // see ScannerOptions
+  bool noise_grows = false;
+};
+
+absl::StatusOr<Subject> ScanShape(ShapePtr shape, const Scanning& how, const SubjectName& name) {
   ScannerOptions options;
-  options.outliers = outliers;
+  options.outliers = how.outliers;
   options.points = name.points;
-  options.views = views;
-  options.noise = name.noise_percent / 100;
+  options.views = how.views;
+  const double noise = name.noise_percent / 100;
+  options.noise = how.noise_grows ? 0 : noise;
   options.seed = name.seed;
   Subject subject;
   RILIEVO_ASSIGN_OR_RETURN(SimulatedScan scan, SimulateScan(*shape, options));
+  if (how.noise_grows) AddGrowingNoise(noise * shape->diagonal(), name.seed, &scan);
   subject.scan = std::move(scan.cloud);
   RILIEVO_ASSIGN_OR_RETURN(subject.seen, PlacesOn(*shape, name.seed + 1));
-  if (views > 0) {
+  if (how.views > 0) {
     options.noise = options.outliers = 0;
     RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan clean, SimulateScan(*shape, options));
     subject.seen = SeenBy(clean.cloud.points, subject.seen);
@@ -140,17 +159,8 @@ absl::StatusOr<Subject> ScanOf(Scene scene, bool with_stations, const SubjectNam
 
 using Maker = std::function<absl::StatusOr<Subject>(const SubjectName&)>;
 
-Maker Everywhere(ShapePtr (*make)()) {
-  return [make](const SubjectName& name) { return ScanShape(make(), 0, 0, name); };
-}
-
-Maker FromThreeViews(ShapePtr (*make)()) {
-  return [make](const SubjectName& name) { return ScanShape(make(), 3, 0, name); };
-}
-
-// One in ten, anywhere around the shape.
-Maker WithFalsePoints(ShapePtr (*make)()) {
-  return [make](const SubjectName& name) { return ScanShape(make(), 0, 0.1, name); };
+Maker OfShape(ShapePtr (*make)(), const Scanning& how = {}) {
+  return [=](const SubjectName& name) { return ScanShape(make(), how, name); };
 }
 
 Maker OfScene(Scene (*make)(), bool with_stations) {
@@ -159,16 +169,18 @@ Maker OfScene(Scene (*make)(), bool with_stations) {
 
 const std::vector<std::pair<std::string, Maker>>& Makers() {
   static const auto* const makers = new std::vector<std::pair<std::string, Maker>>{
-      {"torus", Everywhere([] { return MakeTorus(); })},
-      {"genus2", Everywhere(MakeGenus2)},
-      {"pair", Everywhere(MakePair)},
-      {"star", Everywhere(MakeStar)},
-      {"cutbox", Everywhere(MakeCutBox)},
-      {"bracket", Everywhere(MakeBracket)},
-      {"thinwalls", Everywhere(MakeThinWalls)},
-      {"terrain", Everywhere(MakeTerrain)},
-      {"genus2-open", FromThreeViews(MakeGenus2)},
-      {"genus2-outliers", WithFalsePoints(MakeGenus2)},
+      {"torus", OfShape([] { return MakeTorus(); })},
+      {"genus2", OfShape(MakeGenus2)},
+      {"pair", OfShape(MakePair)},
+      {"star", OfShape(MakeStar)},
+      {"cutbox", OfShape(MakeCutBox)},
+      {"bracket", OfShape(MakeBracket)},
+      {"thinwalls", OfShape(MakeThinWalls)},
+      {"terrain", OfShape(MakeTerrain)},
+      {"genus2-open", OfShape(MakeGenus2, {.views = 3})},
+      {"genus2-outliers", OfShape(MakeGenus2, {.outliers = 0.1})},
+      {"genus2-growing", OfShape(MakeGenus2, {.noise_grows = true})},
+      {"bracket-growing", OfShape(MakeBracket, {.noise_grows = true})},
       {"street", OfScene(MakeStreet, false)},
       {"block", OfScene(MakeBlock, false)},
       {"garden", OfScene(MakeGarden, false)},
