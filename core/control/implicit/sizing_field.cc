@@ -151,7 +151,7 @@ absl::StatusOr<std::vector<float>> SizingField(const OrientedCloud& cloud,
     const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]}, usual / 2);
     cells[i] = static_cast<float>(
         std::max(IsLeftOut(Mechanism::kThinCells) ? plain : std::min(thin, plain),
-                 options.cell_noises * cloud.median_noise));
+                 options.cell_noises * std::max<double>(cloud.noise[i], cloud.median_noise)));
   }
   return cells;
 }
