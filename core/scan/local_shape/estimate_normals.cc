@@ -52,39 +52,33 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
     int64_t points;
     double bound;  // noise varies by no more than this within such a stretch
   };
-  // From the second on a multiple of the one before, but for the last.
-  const std::array<Length, 4> lengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}, {count, 3.0}}};
-  std::array<std::vector<float>, 4> bounds;  // of the stretches of each length
-  for (size_t l = 0; l < lengths.size(); ++l) {
-    bounds[l].resize(static_cast<size_t>((count + lengths[l].points - 1) / lengths[l].points));
+  // From the second on a multiple of the one before.
+  constexpr std::array<Length, 3> kLengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}}};
+  std::array<std::vector<float>, kLengths.size()> bounds;  // of the stretches of each length
+  for (size_t l = 0; l < kLengths.size(); ++l) {
+    bounds[l].resize(static_cast<size_t>((count + kLengths[l].points - 1) / kLengths[l].points));
   }
-  // Of the stretches of a length that lie between two ends of such.
-  const auto find_bounds = [&](size_t l, int64_t from, int64_t to) {
-    for (int64_t begin = from; begin < to; begin += lengths[l].points) {
-      const int64_t end = std::min(to, begin + lengths[l].points);
-      const double level =
-          Quantile(std::vector<float>(residuals.begin() + begin, residuals.begin() + end), kShare);
-      bounds[l][begin / lengths[l].points] =
-          static_cast<float>(lengths[l].bound * level / kQuantileOfGaussian);
+  // Of the stretches of each length that lie between two ends of such.
+  const auto find_bounds = [&](int64_t from, int64_t to) {
+    for (size_t l = 0; l < kLengths.size(); ++l) {
+      for (int64_t begin = from; begin < to; begin += kLengths[l].points) {
+        const int64_t end = std::min(to, begin + kLengths[l].points);
+        const double level = Quantile(
+            std::vector<float>(residuals.begin() + begin, residuals.begin() + end), kShare);
+        bounds[l][begin / kLengths[l].points] =
+            static_cast<float>(kLengths[l].bound * level / kQuantileOfGaussian);
+      }
     }
   };
-  // The longest task first: all points as one stretch, then all others within those of a length.
-  const auto tasks = static_cast<int64_t>(1 + bounds[2].size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(tasks, 1, context, [&](int64_t first, int64_t last) {
-    for (int64_t task = first; task < last; ++task) {
-      if (task == 0) {
-        find_bounds(3, 0, count);
-        continue;
-      }
-      const int64_t from = (task - 1) * lengths[2].points;
-      const int64_t to = std::min(count, from + lengths[2].points);
-      for (size_t l = 0; l < 3; ++l) find_bounds(l, from, to);
-    }
-  }));
+  constexpr int64_t kLongest = kLengths.back().points;
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach((count + kLongest - 1) / kLongest, 1, context, [&](int64_t stretch) {
+        find_bounds(stretch * kLongest, std::min(count, (stretch + 1) * kLongest));
+      }));
   std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
-    for (size_t l = 0; l < lengths.size(); ++l) {
-      noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
+    for (size_t l = 0; l < kLengths.size(); ++l) {
+      noise[i] = std::min(noise[i], bounds[l][i / kLengths[l].points]);
     }
   }));
   return noise;
