@@ -21,7 +21,8 @@ struct ImplicitOptions {
   // Where sheets lie back to back the cell shrinks to this share of their distance, but never below
   // half of the above. (0, 1].
   double cell_thicknesses = 0.45;
-  // No cell is asked for that is smaller than so many times the median noise. [0, 16].
+  // No cell is asked for that is smaller than so many times the noise there, or the median noise
+  // where that is more. [0, 16].
   double cell_noises = 1.5;
   // Weight of f(p_i) = 0 against the gradient, dimensionless. [0, 100].
   double screening = 2.0;
