@@ -99,12 +99,14 @@ void LeaveFaces(LoopRefinement* refinement) {
   refinement->levels.back() = std::move(lean);
 }
 
-void Normalize(std::vector<double>* shares) {
+// Returns the sum that there was.
+double Normalize(std::vector<double>* shares) {
   double total = 0;
   for (double share : *shares) total += share;
   for (double& share : *shares) {
     share = total > 0 ? share / total : 1.0 / static_cast<double>(shares->size());
   }
+  return total;
 }
 
 }  // namespace
@@ -169,7 +171,7 @@ AreaShares ShareArea(const DomainSamples& samples, const SampledSurface& surface
       shares.control_vertices[static_cast<size_t>(coarse.faces(k, face / descendants))] += third;
     }
   }
-  Normalize(&shares.samples);
+  shares.area = Normalize(&shares.samples);
   Normalize(&shares.control_vertices);
   return shares;
 }

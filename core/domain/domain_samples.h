@@ -65,6 +65,7 @@ absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd&
 // Shares of the surface's area: each sums to one over its vertices. Equal shares for a surface
 // without area.
 struct AreaShares {
+  double area = 0;                       // all of it, unit frame
   std::vector<double> samples;           // a third of the limit triangles around each sample
   std::vector<double> control_vertices;  // a third of the limit faces around each control vertex
 };

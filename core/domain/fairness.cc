@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
@@ -14,10 +13,10 @@
 namespace rilievo {
 namespace {
 
-// Noise is thick from this part of a control edge on, about. On four shapes of 100 000 points with
-// noise of 0.3 and 1 % of the diagonal, and noise that grows from 0 to 1 %, it left 0.80 of the
-// error.
-constexpr double kThickAgainstFaces = 0.1, kStiffening = 8;
+// Noise is thick from this part of a control edge on. Of 14 shapes under noise of 0.5 to 2 %, or
+// that grows to 1 %, those where it is came to 0.53 to 0.99 of the error, and none to more than
+// 1.03; with a tenth to 0.42 to 1.2.
+constexpr double kThickAgainstFaces = 1.0 / 7, kStiffening = 8;
 
 // Along a crease, or nothing but the vertex itself in a corner.
 std::vector<int> SharpUmbrella(const DomainSamples& samples, int control_vertex) {
@@ -60,8 +59,7 @@ absl::StatusOr<std::vector<double>> FairnessWeights(const OrientedCloud& cloud,
                                                     const RunContext& context) {
   std::vector<double> weights = areas.control_vertices;
   if (IsLeftOut(Mechanism::kStiffness)) return weights;
-  const double usual =
-      std::reduce(weights.begin(), weights.end()) / static_cast<double>(weights.size());
+  const double usual = areas.area / static_cast<double>(weights.size());
   const auto weigh = [&](int64_t v) {
     std::array<int, kNearPoints> near;
     std::array<double, kNearPoints> squared;
@@ -69,7 +67,8 @@ absl::StatusOr<std::vector<double>> FairnessWeights(const OrientedCloud& cloud,
                                     near.data(), squared.data());
     double noise = 0;
     for (int k = 0; k < count; ++k) noise += double{cloud.noise[near[k]]} / count;
-    const double thick = noise / (kThickAgainstFaces * std::sqrt(std::max(weights[v], usual)));
+    const double edge = std::sqrt(std::max(areas.area * weights[v], usual));
+    const double thick = noise / (kThickAgainstFaces * edge);
     if (thick > 1) weights[v] *= std::pow(thick, kStiffening);
   };
   RILIEVO_RETURN_IF_ERROR(

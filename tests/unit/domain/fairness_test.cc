@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <stop_token>
 
@@ -109,34 +109,39 @@ TEST(Fairness, ActsAlongCreasesAndNotInCorners) {
   EXPECT_GT(creases, 40);
 }
 
-// Of a sphere whose points have no noise below and noise of `thick` edges above.
+// Of spheres whose points have no noise below and noise of `thick` edges above.
 TEST(FairnessWeights, GrowWhereNoiseIsThickAgainstFaces) {
-  const ControlMesh mesh = OctahedralSphere(0.3, 2, false);
-  const auto samples = BuildDomainSamples(mesh, 1, RunContext());
-  SampledSurface surface;
-  ASSERT_TRUE(SampleSurface(*samples, mesh.vertices, RunContext(), &surface).ok());
-  const AreaShares areas = ShareArea(*samples, surface);
-  OrientedCloud cloud;
-  cloud.points = surface.positions;
-  const auto index = PointIndex::Build(cloud.points, RunContext());
-  const std::vector<double>& shares = areas.control_vertices;
-  const double mean = std::reduce(shares.begin(), shares.end()) / shares.size();
-  const double edge = std::sqrt(mean);
-  for (const double thick : {0.05, 0.15, 0.3}) {
-    cloud.noise.assign(static_cast<size_t>(cloud.points.cols()), 0.0f);
-    for (Eigen::Index i = 0; i < cloud.points.cols(); ++i) {
-      if (cloud.points(2, i) > 0) cloud.noise[i] = static_cast<float>(thick * edge);
+  for (const double radius : {0.1, 0.3}) {
+    const ControlMesh mesh = OctahedralSphere(radius, 2, false);
+    const auto samples = BuildDomainSamples(mesh, 1, RunContext());
+    SampledSurface surface;
+    ASSERT_TRUE(SampleSurface(*samples, mesh.vertices, RunContext(), &surface).ok());
+    const AreaShares areas = ShareArea(*samples, surface);
+    OrientedCloud cloud;
+    cloud.points = surface.positions;
+    const auto index = PointIndex::Build(cloud.points, RunContext());
+    const std::vector<double>& shares = areas.control_vertices;
+    double area = 0;
+    for (const auto face : samples->finest().faces.colwise()) {
+      const Eigen::Matrix3d corners = surface.positions(Eigen::all, face);
+      area += (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0)).norm() / 2;
     }
-    const auto weights = FairnessWeights(cloud, *index, surface, areas, RunContext());
-    ASSERT_TRUE(weights.ok());
-    for (int v = 0; v < samples->control_vertex_count(); ++v) {
-      const double z = surface.positions(2, v), share = shares[v];
-      if (z > 0.15) {
-        const double times = 10 * thick * edge / std::sqrt(std::max(share, mean));
-        EXPECT_NEAR((*weights)[v] / share, std::max(1.0, std::pow(times, 8)),
-                    1e-4 * std::pow(times, 8));
-      } else if (z < -0.15) {
-        EXPECT_EQ((*weights)[v], share);
+    const double edge = std::sqrt(area / static_cast<double>(shares.size()));
+    for (const double thick : {0.1, 0.2, 0.4}) {
+      cloud.noise.assign(static_cast<size_t>(cloud.points.cols()), 0.0f);
+      for (Eigen::Index i = 0; i < cloud.points.cols(); ++i) {
+        if (cloud.points(2, i) > 0) cloud.noise[i] = static_cast<float>(thick * edge);
+      }
+      const auto weights = FairnessWeights(cloud, *index, surface, areas, RunContext());
+      ASSERT_TRUE(weights.ok());
+      for (int v = 0; v < samples->control_vertex_count(); ++v) {
+        const double times = (*weights)[v] / shares[v];
+        if (surface.positions(2, v) < -radius / 2 || thick == 0.1) {
+          EXPECT_EQ(times, 1);
+        } else if (surface.positions(2, v) > radius / 2) {
+          const double least = std::sqrt(area * shares[v]) / edge;  // of a vertex of large faces
+          EXPECT_NEAR(std::pow(times, 1.0 / 8), 7 * thick / std::max(1.0, least), 1e-4 * thick);
+        }
       }
     }
   }
