@@ -98,8 +98,8 @@ class Large:
                                           check=True, capture_output=True).stdout)
         surface.unlink()
         return Seen(f"{name}: {took:.0f} s, {peak.seconds:.0f} s of processor time, "
-                    f"{peak.bytes / 1e6:.0f} MB, {len(data)} bytes, {about['components']} "
-                    f"components, {about['boundary_loops']} loops",
+                    f"{peak.bytes / 1e6:.0f} MB, {len(data)} bytes, components "
+                    f"{about['components']}, loops {about['boundary_loops']}",
                     hashlib.sha256(data).hexdigest(), peak.bytes)
 
     def by_command(self, scan, threads):
