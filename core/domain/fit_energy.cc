@@ -65,7 +65,7 @@ double FitEnergy::Pull(int row, const Eigen::Matrix4Xd& points, Eigen::Vector4d*
   if (v >= 0) {
     const Eigen::Vector4d at = sum(umbrella_begin_[v], umbrella_begin_[v + 1],
                                    umbrella_vertices_.data(), umbrella_weights_.data());
-    *pull = fairness_ * umbrella_area_[v] * at;
+    *pull = fairness_ * fairness_weights_[v] * at;
     return 0.5 * pull->dot(at);
   }
   const LimitStencils& stencils = samples_.stencils;
@@ -119,7 +119,7 @@ absl::Status FitEnergy::DiagonalBlocks(const RunContext& context, Eigen::Matrix3
     for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
       const auto [row, weight] = uses_[k];
       if (row >= samples_.size()) {
-        const double share = umbrella_area_[row - samples_.size()];
+        const double share = fairness_weights_[row - samples_.size()];
         block.diagonal().array() += weight * weight * fairness_ * share;
         continue;
       }

@@ -41,7 +41,7 @@ class FitEnergy {
   };
 
   FitEnergy(const DomainSamples& samples, std::vector<double> weights, const SampleTargets& targets)
-      : samples_(samples), targets_(targets), umbrella_area_(std::move(weights)) {}
+      : samples_(samples), targets_(targets), fairness_weights_(std::move(weights)) {}
 
   void AddUmbrellas();
   void FindUses();
@@ -52,7 +52,7 @@ class FitEnergy {
   double fairness_ = 0;
   std::vector<int> umbrella_begin_, umbrella_vertices_;
   std::vector<double> umbrella_weights_;
-  std::vector<double> umbrella_area_;  // A_v
+  std::vector<double> fairness_weights_;  // A_v
   // Of control point v: [use_begin_[v], use_begin_[v + 1]), rows ascending.
   std::vector<int> use_begin_;
   std::vector<Use> uses_;
