@@ -15,14 +15,15 @@ namespace rilievo {
 // have found, and of nothing else: whoever does them, their bytes are the same. Their numbers are
 // kept by stores.
 enum class PartStep {
-  kCoarse = 0,  // one part: the surface of the thinned points
-  kSurfels,     // normals, spacings and noise, by run of pages
-  kFit,         // control points, by control faces
-  kHeights,     // heights, by control faces
-  kCoded,       // one part: the layers of the file, not yet measured; by the process that leads
-  kMeasured,    // what the file decodes to beside the points, by control faces
+  kLeftOut = 0,  // outliers and foliage, by run of pages; none where no points are thinned
+  kCoarse,       // one part: the surface of the thinned points
+  kSurfels,      // normals, spacings and noise, by run of pages
+  kFit,          // control points, by control faces
+  kHeights,      // heights, by control faces
+  kCoded,        // one part: the layers of the file, not yet measured; by the process that leads
+  kMeasured,     // what the file decodes to beside the points, by control faces
 };
-inline constexpr int kPartSteps = 6;
+inline constexpr int kPartSteps = 7;
 
 // The next bytes, valid until the next call; none at the end.
 using PieceSource = std::function<absl::StatusOr<std::span<const uint8_t>>()>;

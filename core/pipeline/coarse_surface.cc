@@ -90,11 +90,12 @@ absl::StatusOr<ShapedInput> ShapeAnalyzed(ScanSurface scan, double spacing, bool
 }
 
 absl::StatusOr<CoarseSurface> ShapeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           const std::vector<bool>& left_out,
                                            const ReconstructOptions& given,
                                            const PipelineContext& context) {
   CoarseSurface coarse = NoSurface();
-  RILIEVO_ASSIGN_OR_RETURN(
-      ScanSurface scan, AnalyzeThinned(pages, coarse_points, given, context, &coarse.all_points));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeThinned(pages, coarse_points, left_out, given,
+                                                            context, &coarse.all_points));
   const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
   const int64_t count = std::min(pages.size(), coarse_points);
   const ReconstructOptions asked =
@@ -224,12 +225,14 @@ absl::StatusOr<std::optional<CoarseSurface>> CoarseOf(std::span<const uint8_t> b
 absl::StatusOr<CoarseSurface> ShapeForAll(const PagedScan& pages, int64_t coarse_points,
                                           const ReconstructOptions& given, SharedParts* shared,
                                           const PipelineContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<bool> left_out,
+                           LeftOutOfThinned(pages, coarse_points, given, shared, context));
   std::optional<CoarseSurface> coarse;
   PartsOfStep step{.step = PartStep::kCoarse, .count = 1};
   step.make = [&](int /*part*/,
                   const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
     RILIEVO_ASSIGN_OR_RETURN(const CoarseSurface made,
-                             ShapeThinned(pages, coarse_points, given, context));
+                             ShapeThinned(pages, coarse_points, left_out, given, context));
     return Saved(made);
   };
   step.take = [&](int part, std::span<const uint8_t> bytes) -> absl::Status {
@@ -248,25 +251,34 @@ absl::StatusOr<CoarseSurface> FindOrShape(const PagedScan& pages, int64_t coarse
     RILIEVO_ASSIGN_OR_RETURN(std::optional<CoarseSurface> found, CoarseOf(*saved, given));
     if (found) return *std::move(found);
   }
-  RILIEVO_ASSIGN_OR_RETURN(CoarseSurface made, ShapeThinned(pages, coarse_points, given, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<bool> left_out,
+                           LeftOutOfThinned(pages, coarse_points, given, nullptr, context));
+  RILIEVO_ASSIGN_OR_RETURN(CoarseSurface made,
+                           ShapeThinned(pages, coarse_points, left_out, given, context));
   if (folder.keeps()) RILIEVO_RETURN_IF_ERROR(folder.Save(kCoarseName, Saved(made)));
   return made;
 }
 
 }  // namespace
 
+absl::StatusOr<std::vector<bool>> LeftOutOfThinned(const PagedScan& pages, int64_t coarse_points,
+                                                   const ReconstructOptions& options,
+                                                   SharedParts* shared,
+                                                   const PipelineContext& context) {
+  if (pages.size() <= coarse_points) return std::vector<bool>();
+  const StageScope scope(Stage::kCheck, context);
+  const auto told = [&context](double share) { context.Report(Stage::kCheck, share); };
+  return LeftOutOfPages(pages, options, {told, shared}, context);
+}
+
 absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           const std::vector<bool>& left_out,
                                            const ReconstructOptions& options,
                                            const PipelineContext& context, PointMedians* medians) {
   const bool is_thinned = pages.size() > coarse_points;
   ReconstructOptions of_thinned = options;
   PointCloud thinned;
-  std::vector<bool> left_out;
-  if (is_thinned) {
-    const StageScope scope(Stage::kCheck, context);
-    RILIEVO_ASSIGN_OR_RETURN(left_out, LeftOutOfPages(pages, options, context));
-    of_thinned.scan.outliers.distance_factor = 0;
-  }
+  if (is_thinned) of_thinned.scan.outliers.distance_factor = 0;
   RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, left_out, context));
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
   *medians = {scan.cloud.median_spacing, scan.cloud.median_noise};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/control/build_control_mesh.h"
@@ -23,9 +24,17 @@ struct CoarseSurface {
   ReconstructOptions options;  // lengths as fractions of the diagonal
 };
 
+// LeftOutOfPages(); empty where the points need not be thinned. Processes that share the run share
+// its parts; `shared` may be null.
+absl::StatusOr<std::vector<bool>> LeftOutOfThinned(const PagedScan& pages, int64_t coarse_points,
+                                                   const ReconstructOptions& options,
+                                                   SharedParts* shared,
+                                                   const PipelineContext& context);
+
 // The points of the coarse pass, analyzed, and the medians of all points, which thinned ones do not
 // have.
 absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           const std::vector<bool>& left_out,
                                            const ReconstructOptions& options,
                                            const PipelineContext& context, PointMedians* medians);
 

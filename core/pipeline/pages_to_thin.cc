@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <set>
+#include <span>
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/codec/bytes/crc32c.h"
+#include "core/paging/part_journal.h"
+#include "core/paging/scratch_blocks.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/scan/clean/check_scan.h"
 
@@ -28,53 +33,96 @@ absl::StatusOr<Eigen::Matrix3Xd> ReadPages(const PagedScan& pages, int64_t begin
   return run;
 }
 
-// The columns of the run that are outliers or foliage; none where the points are too few to tell.
-absl::StatusOr<std::vector<int>> LeftOutOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
-                                              const ScanOptions& of_run,
-                                              const RunContext& context) {
-  const auto columns = static_cast<int>(run.cols());
+// The points that a part of the step looks at: those of pages [begin, end).
+struct LookedAt {
+  LookedAt(const PagedScan& pages, int part, int parts) {
+    const auto count = static_cast<int64_t>(pages.pages().size());
+    begin = count * part / parts;
+    end = count * (part + 1) / parts;
+    points = std::min(pages.size(), end * kPagePoints) - begin * kPagePoints;
+  }
+  size_t bytes() const { return static_cast<size_t>((points + 7) / 8); }
+
+  int64_t begin = 0, end = 0;
+  int64_t points = 0;
+};
+
+// Bit i % 8 of byte i / 8 is set where point i of the run is an outlier or of foliage; none where
+// the points are too few to tell.
+absl::StatusOr<std::vector<uint8_t>> LeftOutOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
+                                                  const ScanOptions& of_run,
+                                                  const RunContext& context) {
+  const auto columns = static_cast<size_t>(run.cols());
+  std::vector<uint8_t> left_out((columns + 7) / 8);
   PointCloud cloud;
   cloud.points = std::move(run);
   absl::StatusOr<CheckedScan> checked = CheckScan(cloud, check, context);
-  if (absl::IsInvalidArgument(checked.status())) return std::vector<int>();
+  if (absl::IsInvalidArgument(checked.status())) return left_out;
   RILIEVO_RETURN_IF_ERROR(checked.status());
   const std::vector<int> source = std::move(checked->source_index);
   RILIEVO_ASSIGN_OR_RETURN(ScanNeighbors found,
                            FindNeighbors(*std::move(checked), of_run, context));
   const absl::StatusOr<std::vector<uint8_t>> keep = FindKept(std::move(found), of_run, context);
-  if (absl::IsInvalidArgument(keep.status())) return std::vector<int>();
+  if (absl::IsInvalidArgument(keep.status())) return left_out;
   RILIEVO_RETURN_IF_ERROR(keep.status());
   // Strays of the run, which the check has dropped, are outliers too.
-  std::vector<bool> kept(static_cast<size_t>(columns), false);
+  std::vector<bool> kept(columns, false);
   for (size_t i = 0; i < source.size(); ++i) kept[source[i]] = keep->empty() || (*keep)[i] != 0;
-  std::vector<int> left_out;
-  for (int column = 0; column < columns; ++column) {
-    if (!kept[column]) left_out.push_back(column);
-  }
+  for (size_t i = 0; i < columns; ++i) left_out[i / 8] |= kept[i] ? 0 : 1 << (i % 8);
   return left_out;
+}
+
+// The parts that an earlier run has left in the folder as they were.
+absl::StatusOr<std::set<int>> Adopt(const PagedScan& pages, const PartJournal& journal,
+                                    ScratchBlocks* blocks) {
+  std::set<int> there;
+  for (const auto& [part, sum] : journal.finished()) {
+    if (part < 0 || part >= blocks->count()) continue;
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
+                             blocks->Adopt(part, LookedAt(pages, part, blocks->count()).bytes()));
+    if (Crc32c(bytes) == sum) there.insert(part);
+  }
+  return there;
 }
 
 }  // namespace
 
 absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
                                                  const ReconstructOptions& options,
-                                                 const RunContext& context) {
+                                                 const PartsRun& run, const RunContext& context) {
   const auto count = static_cast<int64_t>(pages.pages().size());
-  const int64_t runs = (count + kPagesOfRun - 1) / kPagesOfRun;
+  const auto runs = static_cast<int>((count + kPagesOfRun - 1) / kPagesOfRun);
   ScanOptions of_run = options.scan;
   // A run may cut a small piece off a large one.
   if (runs > 1) of_run.outliers.min_component_share = 0;
-  RunContext silent = context;
-  silent.progress = nullptr;
+  const ScratchFolder& folder = pages.scratch_folder();
+  RILIEVO_ASSIGN_OR_RETURN(
+      ScratchBlocks blocks,
+      ScratchBlocks::Create(folder, "left-out", runs, kPagesOfRun * kPagePoints / 8));
+  RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(folder, "looked-at"));
+  RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, Adopt(pages, journal, &blocks));
+  PartsOfStep parts{.step = PartStep::kLeftOut, .count = runs};
+  parts.is_there = [&](int part) { return there.contains(part); };
+  parts.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
+    const LookedAt at(pages, part, runs);
+    RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, at.begin, at.end, own));
+    return LeftOutOfRun(std::move(points), options.check, of_run, own);
+  };
+  parts.take = [&](int part, std::span<const uint8_t> bytes) -> absl::Status {
+    if (bytes.size() != LookedAt(pages, part, runs).bytes()) {
+      return NotOfPart(PartStep::kLeftOut, part);
+    }
+    RILIEVO_RETURN_IF_ERROR(blocks.Write(part, bytes));
+    return journal.Add(part, Crc32c(bytes));
+  };
+  RILIEVO_RETURN_IF_ERROR(RunParts(parts, run, context));
   std::vector<bool> is_left_out(static_cast<size_t>(pages.size()), false);
-  for (int64_t run = 0; run < runs; ++run) {
-    context.Report(Stage::kCheck, static_cast<double>(run) / static_cast<double>(runs));
-    const int64_t begin = count * run / runs, end = count * (run + 1) / runs;
-    RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, begin, end, context));
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> columns,
-                             LeftOutOfRun(std::move(points), options.check, of_run, silent));
-    for (const int column : columns) {
-      is_left_out[static_cast<size_t>(begin * kPagePoints + column)] = true;
+  for (int part = 0; part < runs; ++part) {
+    const LookedAt at(pages, part, runs);
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, blocks.Read(part));
+    const auto first = static_cast<size_t>(at.begin * kPagePoints);
+    for (size_t i = 0; i < static_cast<size_t>(at.points); ++i) {
+      is_left_out[first + i] = (bytes[i / 8] >> (i % 8) & 1) != 0;
     }
   }
   return is_left_out;

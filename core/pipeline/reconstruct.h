@@ -122,7 +122,7 @@ struct PartSizes {
 };
 
 // Files that a scan and its parts have in a scratch folder, at most.
-inline constexpr int kFilesOfParts = 8;
+inline constexpr int kFilesOfParts = 10;
 
 // A scan on disk as a surface, in memory that hardly grows with the points (two thirds of a byte
 // for each: where its pages lie), and not with the surface: control mesh and domain come of a

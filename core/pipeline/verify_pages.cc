@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
@@ -23,8 +24,10 @@ absl::StatusOr<AnalyzedPages> AnalyzeAgain(const PagedScan& scan, const PartSize
                                            const ReconstructOptions& options,
                                            const PipelineContext& context, SpatialFrame* frame) {
   PointMedians medians;
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface thinned,
-                           AnalyzeThinned(scan, sizes.coarse_points, options, context, &medians));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<bool> left_out,
+                           LeftOutOfThinned(scan, sizes.coarse_points, options, nullptr, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface thinned, AnalyzeThinned(scan, sizes.coarse_points, left_out,
+                                                               options, context, &medians));
   thinned.graph = NeighborGraph();
   RILIEVO_ASSIGN_OR_RETURN(thinned.index, PointIndex::BuildOver(thinned.cloud.points, context));
   *frame = thinned.frame;

@@ -97,8 +97,9 @@ absl::StatusOr<int> PartQueue::Make(const PartWorker& worker, PartStep step, int
 absl::Status PartQueue::CheckRecipe(const PartWorker& worker) {
   if (worker.claim != 0) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare(
-                       "SELECT 1 FROM job_parts WHERE job_id = $1 AND step = $2 AND recipe = $3"));
+      Query query,
+      database_->Prepare(
+          "SELECT 1 FROM job_parts WHERE job_id = $1 AND step <= $2 AND recipe = $3 LIMIT 1"));
   query.Bind(worker.job_id).Bind(NumberOf(PartStep::kCoarse)).Bind(worker.recipe);
   RILIEVO_ASSIGN_OR_RETURN(const bool is_led, query.Step());
   return is_led ? query.Run() : absl::FailedPreconditionError("nobody leads by this version");

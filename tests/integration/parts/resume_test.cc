@@ -129,6 +129,7 @@ TEST_F(ResumeTest, WhatIsDamagedIsDoneAgain) {
   DamageFile("coded", 300);
   RunUntil(AfterCoding());
   DamageFile("coarse", 5000);
+  for (int at = 100; at < 200; ++at) DamageFile("left-out", at);
   EXPECT_EQ(Run(), expected);
   DamageFile("pages", 5000);
   EXPECT_EQ(Run(), expected);

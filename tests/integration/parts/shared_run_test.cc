@@ -1,6 +1,7 @@
 // A scan on disk whose parts several processes do.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <condition_variable>
 #include <cstdint>
@@ -76,6 +77,9 @@ class PartsInMemory {
   int made() const { return made_; }
   size_t count(PartStep step) { return parts_[step].size(); }
   std::vector<uint8_t>& BytesOf(PartStep step, int part) { return parts_[step][part].bytes; }
+  void ForgetAfter(PartStep step) {
+    std::erase_if(parts_, [step](const auto& parts) { return parts.first > step; });
+  }
 
  private:
   struct Part {
@@ -141,6 +145,20 @@ TEST_F(SharedRunTest, AnyNumberMakesTheSameBytesThoughSomeBeLost) {
   EXPECT_EQ(all_.made(), made + 1) << "all that was left to it is the surface";
   all_.BytesOf(PartStep::kSurfels, 1).pop_back();
   EXPECT_TRUE(absl::IsDataLoss(Help(/*lives=*/1)));
+}
+
+TEST_F(SharedRunTest, WhoeverShapesTheSurfaceTakesWhatOthersHaveLeftOut) {
+  const std::vector<uint8_t> alone = *Lead(nullptr);
+  EXPECT_TRUE(absl::IsCancelled(Lead(kForEver, PartStep::kCoarse).status()));
+  EXPECT_EQ(all_.made(), 1);
+  EXPECT_EQ(*Lead(kForEver), alone);
+  // As if all points but those of the first page were foliage.
+  std::vector<uint8_t>& left_out = all_.BytesOf(PartStep::kLeftOut, 0);
+  std::fill(left_out.begin() + kPagePoints / 8, left_out.end(), 0xff);
+  all_.ForgetAfter(PartStep::kLeftOut);
+  EXPECT_NE(*Lead(kForEver), alone);
+  left_out.pop_back();
+  EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
 }
 
 TEST_F(SharedRunTest, ASurfaceIsMeasuredByThoseWhoHelp) {

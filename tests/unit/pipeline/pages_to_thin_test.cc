@@ -25,7 +25,7 @@ TEST(LeftOutOfPagesTest, LeavesAreAndTheGardenIsNot) {
   const PagedScan pages = pager.Finish(RunContext{}).value();
   ASSERT_GT(pages.pages().size(), 64) << "one run alone";
   const std::vector<bool> left_out =
-      LeftOutOfPages(pages, ReconstructOptions{}, RunContext{}).value();
+      LeftOutOfPages(pages, ReconstructOptions{}, {[](double) {}}, RunContext{}).value();
   ASSERT_EQ(left_out.size(), static_cast<size_t>(pages.size()));
   int64_t index = 0, leaves_seen = 0, leaves_left = 0, others_gone = 0;
   for (int page = 0; page < static_cast<int>(pages.pages().size()); ++page) {
