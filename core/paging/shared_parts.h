@@ -25,6 +25,11 @@ enum class PartStep {
 };
 inline constexpr int kPartSteps = 7;
 
+// Of one part, for which all others wait.
+constexpr bool IsOnePart(PartStep step) {
+  return step == PartStep::kCoarse || step == PartStep::kCoded;
+}
+
 // The next bytes, valid until the next call; none at the end.
 using PieceSource = std::function<absl::StatusOr<std::span<const uint8_t>>()>;
 using PieceSink = std::function<absl::Status(std::span<const uint8_t>)>;

@@ -268,7 +268,7 @@ absl::StatusOr<std::vector<bool>> LeftOutOfThinned(const PagedScan& pages, int64
   if (pages.size() <= coarse_points) return std::vector<bool>();
   const StageScope scope(Stage::kCheck, context);
   const auto told = [&context](double share) { context.Report(Stage::kCheck, share); };
-  return LeftOutOfPages(pages, options, {told, shared}, context);
+  return LeftOutOfPages(pages, options, {told, shared}, context.Silent());
 }
 
 absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,

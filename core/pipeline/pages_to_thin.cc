@@ -101,7 +101,8 @@ absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
       ScratchBlocks::Create(folder, "left-out", runs, kPagesOfRun * kPagePoints / 8));
   RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(folder, "looked-at"));
   RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, Adopt(pages, journal, &blocks));
-  PartsOfStep parts{.step = PartStep::kLeftOut, .count = runs};
+  // A run does not get smaller with the parts that are asked for: two at once would not fit.
+  PartsOfStep parts{.step = PartStep::kLeftOut, .count = runs, .at_once = 1};
   parts.is_there = [&](int part) { return there.contains(part); };
   parts.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     const LookedAt at(pages, part, runs);
@@ -118,6 +119,7 @@ absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
   RILIEVO_RETURN_IF_ERROR(RunParts(parts, run, context));
   std::vector<bool> is_left_out(static_cast<size_t>(pages.size()), false);
   for (int part = 0; part < runs; ++part) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const LookedAt at(pages, part, runs);
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, blocks.Read(part));
     const auto first = static_cast<size_t>(at.begin * kPagePoints);

@@ -125,14 +125,14 @@ struct PartSizes {
 inline constexpr int kFilesOfParts = 10;
 
 // A scan on disk as a surface, in memory that hardly grows with the points (two thirds of a byte
-// for each: where its pages lie), and not with the surface: control mesh and domain come of a
-// thinned scan (PagedScan::Thinned), the heights of all points, a part of the control faces at a
-// time (heights_from_pages.h), and a surface of more than block_vertices is coded and measured in
-// blocks (code_stored_surface.h); its heights are in the bytes alone, not in
-// Reconstruction::surface. The errors that are asked for and stated are those against all points.
-// INVALID_ARGUMENT besides where the options ask for what only points in memory tell. `shared`:
-// where other processes have the same pages, sizes, options and seed, and do some of the parts; the
-// bytes are the same.
+// for each: where its pages lie; and a bit: whether it is left out), and not with the surface:
+// control mesh and domain come of a thinned scan (PagedScan::Thinned), the heights of all points, a
+// part of the control faces at a time (heights_from_pages.h), and a surface of more than
+// block_vertices is coded and measured in blocks (code_stored_surface.h); its heights are in the
+// bytes alone, not in Reconstruction::surface. The errors that are asked for and stated are those
+// against all points. INVALID_ARGUMENT besides where the options ask for what only points in memory
+// tell. `shared`: where other processes have the same pages, sizes, options and seed, and do some
+// of the parts; the bytes are the same.
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,
                                                 const RunContext& context,

@@ -12,14 +12,10 @@
 namespace rilievo {
 namespace {
 
-// A part has stretches that one thread does alone, and two parts of the size asked for fit into the
-// memory that the coarse pass takes.
-constexpr int kAtOnce = 2;
-
 absl::Status RunAlone(const PartsOfStep& parts, const std::function<void(double)>& told,
                       const RunContext& context) {
   RunContext loop = context;
-  loop.threads = std::clamp(context.ThreadCount(), 1, kAtOnce);
+  loop.threads = std::clamp(context.ThreadCount(), 1, parts.at_once);
   RunContext own = context;
   own.progress = nullptr;  // others than the caller may not tell
   own.threads = parts.count == 1 ? context.ThreadCount()

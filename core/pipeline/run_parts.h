@@ -1,4 +1,4 @@
-// The parts of one step of a run: two at a time, or shared with other processes.
+// The parts of one step of a run: some at a time, or shared with other processes.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,9 @@ namespace rilievo {
 struct PartsOfStep {
   PartStep step = PartStep::kCoarse;
   int count = 0;
+  // So many are made at once by a process that works alone. A part has stretches that one thread
+  // does alone, and two parts of the size asked for fit into the memory that the coarse pass takes.
+  int at_once = 2;
   // Returns the result of a part, which depends on the part alone. Called from several threads at
   // once, each with its own context.
   std::function<absl::StatusOr<std::vector<uint8_t>>(int part, const RunContext& context)> make =

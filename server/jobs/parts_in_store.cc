@@ -16,7 +16,7 @@ namespace {
 
 // Between two looks whether others have done what is left, and while the store is away.
 constexpr std::chrono::milliseconds kLook{100};
-constexpr std::chrono::milliseconds kLookAtCoding{1000};
+constexpr std::chrono::milliseconds kLookAtOnePart{1000};
 // So long a job must be seen to wait before one who helps leaves: others may be about to take it.
 constexpr std::chrono::milliseconds kWaiting{1000};
 constexpr int64_t kBlockBytes = 1 << 20;
@@ -77,7 +77,7 @@ absl::StatusOr<PartQueue::Turn> PartsInStore::TryNext(PartStep step, int count) 
 }
 
 absl::StatusOr<SharedParts::Turn> PartsInStore::Next(PartStep step, int count) {
-  const auto look = !leads() && step == PartStep::kCoded ? kLookAtCoding : kLook;
+  const auto look = !leads() && IsOnePart(step) ? kLookAtOnePart : kLook;
   std::chrono::milliseconds waits{0};
   while (!stop_.stop_requested()) {
     const auto turn = TryNext(step, count);

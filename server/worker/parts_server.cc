@@ -55,7 +55,7 @@ absl::Status PartsServer::Answer(const worker::WorkerMessage& asked) {
 }
 
 int64_t PartsServer::MostPartsOf(PartStep step) const {
-  if (step == PartStep::kCoarse || step == PartStep::kCoded) return 1;
+  if (IsOnePart(step)) return 1;
   const int64_t by_points = kFewParts + job_.size.points / kFewPoints;
   if (step != PartStep::kMeasured) return by_points;
   // Of blocks of the finest level: groups of faces that are at least half full.

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/codec/bytes/crc32c.h"
 #include "core/paging/part_journal.h"
 #include "core/paging/scan_pager.h"
 #include "core/paging/scratch_folder.h"
@@ -133,6 +134,20 @@ TEST_F(ResumeTest, WhatIsDamagedIsDoneAgain) {
   EXPECT_EQ(Run(), expected);
   DamageFile("pages", 5000);
   EXPECT_EQ(Run(), expected);
+}
+
+TEST_F(ResumeTest, WhatWasLeftOutIsNotLookedForAgain) {
+  const std::vector<uint8_t> expected = Uninterrupted();
+  RunUntil(At(Stage::kNeighbors, 0.0));
+  const std::vector<uint8_t> found((12000 + 7) / 8, 0x22);
+  {
+    const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
+    PartJournal journal = PartJournal::Open(scratch.folder(), "looked-at").value();
+    ASSERT_TRUE(journal.Add(0, Crc32c(found)).ok());
+  }
+  std::fstream(FileOfRun("left-out"), std::ios::in | std::ios::out | std::ios::binary)
+      .write(reinterpret_cast<const char*>(found.data()), found.size());
+  EXPECT_NE(Run(), expected) << "every fourth point is left out";
 }
 
 // Checksums do not tell who wrote the bytes.

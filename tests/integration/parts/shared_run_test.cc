@@ -15,6 +15,7 @@
 
 #include "core/paging/scan_pager.h"
 #include "core/paging/shared_parts.h"
+#include "core/pipeline/pages_to_thin.h"
 #include "core/pipeline/reconstruct.h"
 #include "tests/integration/parts/long_strip.h"
 
@@ -130,7 +131,8 @@ class SharedRunTest : public ::testing::Test {
 
 TEST_F(SharedRunTest, AnyNumberMakesTheSameBytesThoughSomeBeLost) {
   const std::vector<uint8_t> alone = *Lead(nullptr);
-  EXPECT_TRUE(absl::IsCancelled(Lead(/*lives=*/2).status()));
+  EXPECT_TRUE(absl::IsCancelled(Lead(/*lives=*/3).status()));
+  EXPECT_GE(all_.count(PartStep::kSurfels), 2u) << "it was lost among several parts";
   EXPECT_TRUE(absl::IsCancelled(Help(/*lives=*/1)));
   const int before = all_.made();
   std::vector<std::jthread> helpers;
@@ -159,6 +161,36 @@ TEST_F(SharedRunTest, WhoeverShapesTheSurfaceTakesWhatOthersHaveLeftOut) {
   EXPECT_NE(*Lead(kForEver), alone);
   left_out.pop_back();
   EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
+}
+
+TEST_F(SharedRunTest, SeveralFindWhatIsLeftOut) {
+  ScanPager pager = ScanPager::Create(::testing::TempDir(), 1 << 16).value();
+  Eigen::Matrix3Xd points = LongStrip(264'000);
+  for (int i = 0; i < points.cols(); i += 100) {
+    points.col(i) += 3 * Eigen::Vector3d(std::sin(i), std::sin(1.7 * i), std::sin(2.3 * i));
+  }
+  ASSERT_TRUE(pager.Add(points).ok());
+  const PagedScan pages = pager.Finish(context_).value();
+  const auto nobody = [](double) {};
+  const std::vector<bool> alone = *LeftOutOfPages(pages, options_, {nobody}, context_);
+  EXPECT_GE(std::count(alone.begin(), alone.end(), true), 2000);
+  PartsInMemory::Member lost(&all_, /*leads=*/true, /*lives=*/2);
+  EXPECT_FALSE(LeftOutOfPages(pages, options_, {nobody, &lost}, context_).ok());
+  EXPECT_GE(all_.count(PartStep::kLeftOut), 2u) << "there is something to share";
+  PartsInMemory::Member other(&all_, /*leads=*/false, kForEver);
+  EXPECT_EQ(*LeftOutOfPages(pages, options_, {nobody, &other}, context_), alone);
+  EXPECT_EQ(all_.made(), 3);
+}
+
+TEST_F(SharedRunTest, TheProgressOfTheOneThatLeadsNeverFalls) {
+  std::vector<Progress> seen;
+  context_.progress = [&](const Progress& progress) { seen.push_back(progress); };
+  ASSERT_TRUE(Lead(kForEver).ok());
+  EXPECT_TRUE(std::is_sorted(
+      seen.begin(),
+      std::find_if(seen.begin(), seen.end(),
+                   [](const Progress& progress) { return progress.stage == Stage::kNormals; }),
+      [](const Progress& a, const Progress& b) { return a.stage < b.stage; }));
 }
 
 TEST_F(SharedRunTest, ASurfaceIsMeasuredByThoseWhoHelp) {

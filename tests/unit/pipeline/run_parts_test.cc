@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <stop_token>
+#include <thread>
 #include <utility>
 
 namespace rilievo {
@@ -27,6 +29,9 @@ PartsOfStep PartsInto(std::map<int, Bytes>* taken) {
   };
   return parts;
 }
+
+// So that a thread that does not run for a moment is not overtaken by all parts.
+void TakeTime() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
 void ExpectAllTaken(const std::map<int, Bytes>& taken) {
   ASSERT_EQ(taken.size(), size_t{kCount});
@@ -55,6 +60,23 @@ TEST_P(RunPartsAlone, TakesEachPartOnce) {
   EXPECT_TRUE(std::all_of(told.begin(), told.end(), [](double s) { return s >= 0 && s < 1; }));
 }
 
+TEST_P(RunPartsAlone, MakesOneAtATimeWithAllThreadsWhereMoreDoNotFit) {
+  std::map<int, Bytes> taken;
+  std::vector<double> told;
+  PartsOfStep parts = PartsInto(&taken);
+  parts.at_once = 1;
+  std::atomic<int> making = 0;
+  parts.make = [&](int part, const RunContext& own) {
+    EXPECT_EQ(++making, 1);
+    EXPECT_EQ(own.threads, GetParam());
+    TakeTime();
+    --making;
+    return Bytes{static_cast<uint8_t>(part)};
+  };
+  ASSERT_TRUE(RunParts(parts, Alone(&told), Context()).ok());
+  ExpectAllTaken(taken);
+}
+
 TEST_P(RunPartsAlone, MakesNoPartThatIsThere) {
   std::map<int, Bytes> taken;
   std::vector<double> told;
@@ -73,6 +95,7 @@ TEST_P(RunPartsAlone, APartThatCannotBeMadeEndsTheRun) {
   parts.make = [&](int part, const RunContext&) -> absl::StatusOr<Bytes> {
     ++made;
     if (part == 7) return absl::ResourceExhaustedError("the disk is full");
+    TakeTime();
     return Bytes{static_cast<uint8_t>(part)};
   };
   const absl::Status status = RunParts(parts, Alone(&told), Context());
@@ -85,6 +108,10 @@ TEST_P(RunPartsAlone, APartThatCannotBeTakenEndsTheRun) {
   std::map<int, Bytes> taken;
   std::vector<double> told;
   PartsOfStep parts = PartsInto(&taken);
+  parts.make = [](int part, const RunContext&) {
+    if (part != 7) TakeTime();
+    return Bytes{static_cast<uint8_t>(part)};
+  };
   const auto take = std::exchange(parts.take, {});
   parts.take = [&](int part, std::span<const uint8_t> bytes) {
     return part == 7 ? NotOfPart(parts.step, part) : take(part, bytes);

@@ -231,13 +231,28 @@ TEST_F(SharedPartsTest, WhatIsCodedIsMeasuredWithHelp) {
   EXPECT_THAT(ToHelp("another"), IsEmpty()) << "there is nothing to measure";
 }
 
-TEST_F(SharedPartsTest, WhoWaitsForCodingLeavesForAnyJob) {
-  ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoded, 1)->claim);
-  EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);
+TEST_F(SharedPartsTest, WhoWaitsForAStepOfOnePartLeavesForAnyJob) {
+  ASSERT_TRUE(database_->Execute("DELETE FROM job_parts").ok());
+  ASSERT_TRUE(Keep(*store_->TakePart(Leader(), PartStep::kLeftOut, 1)->claim, "left out").ok());
+  for (const PartStep step : {PartStep::kCoarse, PartStep::kCoded}) {
+    ASSERT_TRUE(store_->TakePart(Leader(), step, 1)->claim);
+    EXPECT_FALSE(store_->TakePart(Helper(), step, 1)->job_waits);
+  }
   StoredJob next = NewJob("next");
   ASSERT_TRUE(store_->Insert(next).ok());
   ASSERT_TRUE(database_->Execute("UPDATE queue SET suspect = 1 WHERE worker = ''").ok());
-  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);
+  for (const PartStep step : {PartStep::kCoarse, PartStep::kCoded}) {
+    EXPECT_TRUE(store_->TakePart(Helper(), step, 1)->job_waits);
+  }
+}
+
+TEST_F(SharedPartsTest, WhoHelpedMayShapeWhatTheLeaderHasNotBegun) {
+  ASSERT_TRUE(database_->Execute("DELETE FROM job_parts").ok());
+  ASSERT_TRUE(Keep(*store_->TakePart(Leader(), PartStep::kLeftOut, 1)->claim, "left out").ok());
+  PartWorker other = Helper("other");
+  other.recipe = "2";
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->TakePart(other, PartStep::kCoarse, 1).status()));
+  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kCoarse, 1)->claim);
 }
 
 TEST_F(SharedPartsTest, ADamagedOneIsDoneAgain) {

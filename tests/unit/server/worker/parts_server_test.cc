@@ -137,6 +137,7 @@ TEST_F(PartsServerTest, AStepIsNotCutIntoMorePartsThanItHas) {
     EXPECT_TRUE(absl::IsInternal(Serve())) << count;
   };
   cut(kStep, 1 << 30);
+  cut(PartStep::kLeftOut, 1 << 30);
   cut(PartStep::kCoarse, 2);
 }
 
