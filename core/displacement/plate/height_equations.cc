@@ -71,16 +71,21 @@ class System {
   System(const PlateLevel& level, const PointTerm& points, const Stiffness& stiffness,
          const RunContext& context)
       : level_(level), points_(points), stiffness_(stiffness), context_(context) {
-    share_.resize(level.vertex_count());
+    values_.resize(level.vertex_count());
     diagonal_.resize(level.vertex_count());
+    const bool has_membrane = !stiffness.measured.empty();
+    if (has_membrane) in_membrane_.assign(level.vertex_count(), 0);
     for (int v = 0; v < level.vertex_count(); ++v) {
-      double sum = points.diagonal[v] + stiffness.bend[v];
-      if (has_membrane()) sum += stiffness.height[v];
+      double sum = points.diagonal[v] + stiffness.bend[v], membrane = 0;
       for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
         const int n = level.neighbor[s];
-        if (has_membrane()) sum += stiffness.stretch[v] + stiffness.stretch[n];
+        if (has_membrane) membrane += stiffness.StretchAt(v) + stiffness.StretchAt(n);
         if (level.row_size[n] > 0)
           sum += stiffness.bend[n] * Square(level.slot[s].InOtherRow() / level.row_size[n]);
+      }
+      if (membrane > 0) {
+        in_membrane_[v] = 1;
+        sum += membrane + stiffness.PullAt(v);
       }
       diagonal_[v] = sum > 0 ? static_cast<float>(sum) : 1.0f;
     }
@@ -93,33 +98,41 @@ class System {
     const int64_t count = level_.vertex_count();
     RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kLightBlock, context_, [&](int64_t v) {
       const float bend = stiffness_.bend[v];
-      share_[v] =
-          bend > 0 ? bend * BendAt(level_, x, static_cast<int>(v)) / level_.row_size[v] : 0.0f;
+      values_[v] = {x[v], bend > 0
+                              ? bend * BendAt(level_, x, static_cast<int>(v)) / level_.row_size[v]
+                              : 0.0f};
     }));
     return SumOver(count, context_, [&](int64_t begin, int64_t end) {
       double dot = 0;
       for (int64_t v = begin; v < end; ++v) {
-        float sum = points_.diagonal[v] * x[v] - level_.row_size[v] * share_[v];
-        if (has_membrane()) sum += MembraneAt(static_cast<int>(v), x);
+        const Values& own = values_[v];
+        float sum = points_.diagonal[v] * own.x - level_.row_size[v] * own.share;
+        if (!in_membrane_.empty() && in_membrane_[v] != 0) {
+          sum += MembraneAt(static_cast<int>(v), x);
+        }
         for (uint32_t s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
-          const int n = level_.neighbor[s];
-          sum += points_.slot[s] * x[n] + level_.slot[s].InOtherRow() * share_[n];
+          const Values& other = values_[level_.neighbor[s]];
+          sum += points_.slot[s] * other.x + level_.slot[s].InOtherRow() * other.share;
         }
         (*product)[v] = sum;
-        dot += double{sum} * x[v];
+        dot += double{sum} * own.x;
       }
       return dot;
     });
   }
 
  private:
-  bool has_membrane() const { return !stiffness_.stretch.empty(); }
+  // Side by side, for the neighbours of a vertex are asked for both.
+  struct Values {
+    float x, share;  // share: what the vertex' row adds for each part in it
+  };
 
   float MembraneAt(int v, const std::vector<float>& x) const {
-    float sum = stiffness_.height[v] * x[v];
+    const float own = stiffness_.StretchAt(v);
+    float sum = stiffness_.PullAt(v) * x[v];
     for (uint32_t s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
       const int n = level_.neighbor[s];
-      sum += (stiffness_.stretch[v] + stiffness_.stretch[n]) * (x[v] - x[n]);
+      sum += (own + stiffness_.StretchAt(n)) * (x[v] - x[n]);
     }
     return sum;
   }
@@ -128,8 +141,9 @@ class System {
   const PointTerm& points_;
   const Stiffness& stiffness_;
   const RunContext& context_;
-  std::vector<float> share_;  // per vertex: what its row adds for each part in it
-  std::vector<float> diagonal_;
+  std::vector<Values> values_;        // per vertex, of the product that is made
+  std::vector<float> diagonal_;       // per vertex
+  std::vector<uint8_t> in_membrane_;  // per vertex; empty: none is
 };
 
 }  // namespace

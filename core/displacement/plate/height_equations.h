@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -34,11 +35,19 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
     const std::vector<uint8_t>& measured, const RunContext& context);
 
 // What a plate on one level resists, per vertex:
-//   sum bend[v] bend(v)^2 + stretch[v] sum over the neighbours n (height[n] - height[v])^2
-//     + height[v] height[v]^2.
-// Without a membrane `stretch` and `height` are empty.
+//   sum bend[v] bend(v)^2 + stretch(v) sum over the neighbours n (height[n] - height[v])^2
+//     + pull(v) height[v]^2.
 struct Stiffness {
-  std::vector<float> bend, stretch, height;
+  // Both are multiples of `bend` where the plate alone tells the heights, and else 0.
+  float StretchAt(int v) const { return OfPlateAlone(v, stretch); }
+  float PullAt(int v) const { return OfPlateAlone(v, pull); }
+  float OfPlateAlone(int v, double multiple) const {
+    return measured.empty() || measured[v] != 0 ? 0 : static_cast<float>(multiple * bend[v]);
+  }
+
+  std::vector<float> bend;
+  double stretch = 0, pull = 0;       // of `bend`
+  std::span<const uint8_t> measured;  // per vertex, and more; empty: 1 all over
 };
 
 // Moves `heights` towards the minimum of the points' and the plate's terms, by at most `steps` of

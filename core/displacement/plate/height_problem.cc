@@ -95,15 +95,9 @@ Stiffness HeightProblem::StiffnessOf(int level, const std::vector<float>& length
     const double control_edge = std::ldexp(1.0, level);  // in edges of this level
     // On even triangles sum (height[n] - height[v])^2 is three squared edges times the squared
     // slope, and each edge is that of two vertices.
-    const double stretch = 1 / (12 * Square(control_edge));
-    const double height = 12 * stretch / Square(kSolve.height_range * control_edge);
-    stiffness.stretch.resize(stiffness.bend.size());
-    stiffness.height.resize(stiffness.bend.size());
-    for (size_t v = 0; v < stiffness.bend.size(); ++v) {
-      if (measured_[v] != 0) continue;
-      stiffness.stretch[v] = static_cast<float>(stretch * stiffness.bend[v]);
-      stiffness.height[v] = static_cast<float>(height * stiffness.bend[v]);
-    }
+    stiffness.stretch = 1 / (12 * Square(control_edge));
+    stiffness.pull = 12 * stiffness.stretch / Square(kSolve.height_range * control_edge);
+    stiffness.measured = measured_;
   }
   return stiffness;
 }

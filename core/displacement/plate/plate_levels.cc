@@ -154,14 +154,6 @@ absl::StatusOr<std::vector<PlateLevel>> BuildPlateLevels(const LoopRefinement& r
   return levels;
 }
 
-float BendAt(const PlateLevel& level, const std::vector<float>& heights, int vertex) {
-  float sum = 0;
-  for (uint32_t s = level.begin[vertex]; s < level.begin[vertex + 1]; ++s) {
-    sum += level.slot[s].InRow() * heights[level.neighbor[s]];
-  }
-  return sum / level.row_size[vertex] - heights[vertex];
-}
-
 std::vector<float> Prolong(const LoopRefinement& refinement, int from, int to,
                            std::vector<float> values) {
   for (int l = from; l < to; ++l) {

@@ -17,23 +17,23 @@ namespace rilievo {
 // where the cosine is that between the normals of the two. On a rim, and along a crease, the mean
 // is of the two neighbours along it: across, the surface is free to bend. Corners have no row.
 struct PlateLevel {
-  // Of a vertex and a neighbour: the cosine between their normals, and whether the neighbour has a
-  // part in the row of the vertex, and the vertex in that of the neighbour.
+  // Of a vertex and a neighbour: the cosine between their normals where the neighbour has a part in
+  // the row of the vertex, and where the vertex has one in that of the neighbour.
   class Slot {
    public:
     Slot() = default;
-    Slot(double cosine, bool in_row, bool in_other_row)
-        : cosine_(static_cast<int16_t>(std::lround(cosine * kOne))),
-          in_row_(in_row ? 1 : 0),
-          in_other_row_(in_other_row ? 1 : 0) {}
+    Slot(double cosine, bool in_row, bool in_other_row) {
+      const auto rounded = static_cast<int16_t>(std::lround(cosine * kOne));
+      if (in_row) in_row_ = rounded;
+      if (in_other_row) in_other_row_ = rounded;
+    }
     // The cosine, 0 where there is no part.
-    float InRow() const { return in_row_ * cosine_ * (1 / kOne); }
-    float InOtherRow() const { return in_other_row_ * cosine_ * (1 / kOne); }
+    float InRow() const { return in_row_ * (1 / kOne); }
+    float InOtherRow() const { return in_other_row_ * (1 / kOne); }
 
    private:
     static constexpr float kOne = 8191;
-    int16_t cosine_ : 14 = 0;
-    uint16_t in_row_ : 1 = 0, in_other_row_ : 1 = 0;
+    int16_t in_row_ = 0, in_other_row_ = 0;
   };
   std::vector<uint32_t> begin;  // vertex v has the slots [begin[v], begin[v + 1])
   std::vector<int> neighbor;    // per slot, in the order of the ring
@@ -52,7 +52,13 @@ absl::StatusOr<std::vector<PlateLevel>> BuildPlateLevels(const LoopRefinement& r
                                                          const RunContext& context);
 
 // bend(v) of the values at v, which has a row.
-float BendAt(const PlateLevel& level, const std::vector<float>& heights, int vertex);
+inline float BendAt(const PlateLevel& level, const std::vector<float>& heights, int vertex) {
+  float sum = 0;
+  for (uint32_t s = level.begin[vertex]; s < level.begin[vertex + 1]; ++s) {
+    sum += level.slot[s].InRow() * heights[level.neighbor[s]];
+  }
+  return sum / level.row_size[vertex] - heights[vertex];
+}
 
 // Values of level `from` on level `to` >= from: a vertex on an edge has the mean of its ends.
 std::vector<float> Prolong(const LoopRefinement& refinement, int from, int to,
