@@ -25,7 +25,7 @@ enum class PartStep {
 };
 inline constexpr int kPartSteps = 7;
 
-// Of one part, for which all others wait.
+// Whether the step is of one part in every run, for which all others wait.
 constexpr bool IsOnePart(PartStep step) {
   return step == PartStep::kCoarse || step == PartStep::kCoded;
 }

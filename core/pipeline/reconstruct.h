@@ -124,8 +124,8 @@ struct PartSizes {
 // Files that a scan and its parts have in a scratch folder, at most.
 inline constexpr int kFilesOfParts = 10;
 
-// A scan on disk as a surface, in memory that hardly grows with the points (two thirds of a byte
-// for each: where its pages lie; and a bit: whether it is left out), and not with the surface:
+// A scan on disk as a surface, in memory that hardly grows with the points (for each two thirds of
+// a byte, where its pages lie, and one bit, whether it is left out), and not with the surface:
 // control mesh and domain come of a thinned scan (PagedScan::Thinned), the heights of all points, a
 // part of the control faces at a time (heights_from_pages.h), and a surface of more than
 // block_vertices is coded and measured in blocks (code_stored_surface.h); its heights are in the

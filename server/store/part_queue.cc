@@ -140,7 +140,7 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
         return absl::OkStatus();
       }
       if (worker.claim != 0) return absl::OkStatus();
-      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, IsOnePart(step)
+      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, step == PartStep::kCoded
                                                    ? IsOfUseElsewhere(worker)
                                                    : JobWaits(worker, /*suspect=*/false));
       return CheckLed(worker);
@@ -167,7 +167,7 @@ absl::StatusOr<bool> PartQueue::JobWaits(const PartWorker& worker, bool suspect)
   return found;
 }
 
-// One that waits while another one shapes or codes, which may take long.
+// One that waits while another one codes, which may take long.
 absl::StatusOr<bool> PartQueue::IsOfUseElsewhere(const PartWorker& worker) {
   RILIEVO_ASSIGN_OR_RETURN(const bool waits, JobWaits(worker, /*suspect=*/true));
   if (waits) return true;

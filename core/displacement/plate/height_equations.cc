@@ -76,16 +76,17 @@ class System {
     const bool has_membrane = !stiffness.measured.empty();
     if (has_membrane) in_membrane_.assign(level.vertex_count(), 0);
     for (int v = 0; v < level.vertex_count(); ++v) {
-      double sum = points.diagonal[v] + stiffness.bend[v], membrane = 0;
+      double sum = points.diagonal[v] + stiffness.bend[v];
+      if (has_membrane) sum += stiffness.PullAt(v);
       for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
         const int n = level.neighbor[s];
-        if (has_membrane) membrane += stiffness.StretchAt(v) + stiffness.StretchAt(n);
+        if (has_membrane) {
+          const float stretch = stiffness.StretchAt(v) + stiffness.StretchAt(n);
+          sum += stretch;
+          if (stretch > 0) in_membrane_[v] = 1;
+        }
         if (level.row_size[n] > 0)
           sum += stiffness.bend[n] * Square(level.slot[s].InOtherRow() / level.row_size[n]);
-      }
-      if (membrane > 0) {
-        in_membrane_[v] = 1;
-        sum += membrane + stiffness.PullAt(v);
       }
       diagonal_[v] = sum > 0 ? static_cast<float>(sum) : 1.0f;
     }
@@ -141,9 +142,9 @@ class System {
   const PointTerm& points_;
   const Stiffness& stiffness_;
   const RunContext& context_;
-  std::vector<Values> values_;        // per vertex, of the product that is made
+  std::vector<Values> values_;        // per vertex, of the latest Multiply()
   std::vector<float> diagonal_;       // per vertex
-  std::vector<uint8_t> in_membrane_;  // per vertex; empty: none is
+  std::vector<uint8_t> in_membrane_;  // per vertex: it or a neighbour has stretch; empty: none has
 };
 
 }  // namespace

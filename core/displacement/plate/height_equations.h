@@ -38,16 +38,20 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
 //   sum bend[v] bend(v)^2 + stretch(v) sum over the neighbours n (height[n] - height[v])^2
 //     + pull(v) height[v]^2.
 struct Stiffness {
-  // Both are multiples of `bend` where the plate alone tells the heights, and else 0.
-  float StretchAt(int v) const { return OfPlateAlone(v, stretch); }
-  float PullAt(int v) const { return OfPlateAlone(v, pull); }
-  float OfPlateAlone(int v, double multiple) const {
-    return measured.empty() || measured[v] != 0 ? 0 : static_cast<float>(multiple * bend[v]);
-  }
+  // stretch(v) and pull(v): 0 but where the plate alone tells the heights.
+  float StretchAt(int v) const { return MultipleOfBend(stretch_of_bend, v); }
+  float PullAt(int v) const { return MultipleOfBend(pull_of_bend, v); }
 
   std::vector<float> bend;
-  double stretch = 0, pull = 0;       // of `bend`
-  std::span<const uint8_t> measured;  // per vertex, and more; empty: 1 all over
+  double stretch_of_bend = 0, pull_of_bend = 0;
+  // Per vertex of the finest level, the first of which are those of this level: where 0, the plate
+  // alone tells the heights. Empty: it does so nowhere. Must outlive this.
+  std::span<const uint8_t> measured;
+
+ private:
+  float MultipleOfBend(double multiple, int v) const {
+    return measured.empty() || measured[v] != 0 ? 0 : static_cast<float>(multiple * bend[v]);
+  }
 };
 
 // Moves `heights` towards the minimum of the points' and the plate's terms, by at most `steps` of

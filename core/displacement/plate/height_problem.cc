@@ -95,8 +95,9 @@ Stiffness HeightProblem::StiffnessOf(int level, const std::vector<float>& length
     const double control_edge = std::ldexp(1.0, level);  // in edges of this level
     // On even triangles sum (height[n] - height[v])^2 is three squared edges times the squared
     // slope, and each edge is that of two vertices.
-    stiffness.stretch = 1 / (12 * Square(control_edge));
-    stiffness.pull = 12 * stiffness.stretch / Square(kSolve.height_range * control_edge);
+    stiffness.stretch_of_bend = 1 / (12 * Square(control_edge));
+    stiffness.pull_of_bend =
+        12 * stiffness.stretch_of_bend / Square(kSolve.height_range * control_edge);
     stiffness.measured = measured_;
   }
   return stiffness;

@@ -182,7 +182,7 @@ TEST_F(SharedRunTest, SeveralFindWhatIsLeftOut) {
   EXPECT_EQ(all_.made(), 3);
 }
 
-TEST_F(SharedRunTest, TheProgressOfTheOneThatLeadsNeverFalls) {
+TEST_F(SharedRunTest, WhoLooksForOutliersTellsOfNoLaterStage) {
   std::vector<Progress> seen;
   context_.progress = [&](const Progress& progress) { seen.push_back(progress); };
   ASSERT_TRUE(Lead(kForEver).ok());

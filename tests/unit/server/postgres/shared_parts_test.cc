@@ -231,19 +231,22 @@ TEST_F(SharedPartsTest, WhatIsCodedIsMeasuredWithHelp) {
   EXPECT_THAT(ToHelp("another"), IsEmpty()) << "there is nothing to measure";
 }
 
-TEST_F(SharedPartsTest, WhoWaitsForAStepOfOnePartLeavesForAnyJob) {
-  ASSERT_TRUE(database_->Execute("DELETE FROM job_parts").ok());
-  ASSERT_TRUE(Keep(*store_->TakePart(Leader(), PartStep::kLeftOut, 1)->claim, "left out").ok());
-  for (const PartStep step : {PartStep::kCoarse, PartStep::kCoded}) {
-    ASSERT_TRUE(store_->TakePart(Leader(), step, 1)->claim);
-    EXPECT_FALSE(store_->TakePart(Helper(), step, 1)->job_waits);
-  }
+TEST_F(SharedPartsTest, WhoWaitsForCodingLeavesForAnyJob) {
+  ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoded, 1)->claim);
+  EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);
   StoredJob next = NewJob("next");
   ASSERT_TRUE(store_->Insert(next).ok());
   ASSERT_TRUE(database_->Execute("UPDATE queue SET suspect = 1 WHERE worker = ''").ok());
-  for (const PartStep step : {PartStep::kCoarse, PartStep::kCoded}) {
-    EXPECT_TRUE(store_->TakePart(Helper(), step, 1)->job_waits);
-  }
+  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);
+}
+
+TEST_F(SharedPartsTest, WhoWaitsForTheShapeLeavesForAJobThatWaits) {
+  ASSERT_TRUE(database_->Execute("DELETE FROM job_parts").ok());
+  ASSERT_TRUE(Keep(*store_->TakePart(Leader(), PartStep::kLeftOut, 1)->claim, "left out").ok());
+  ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoarse, 1)->claim);
+  EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoarse, 1)->job_waits);
+  ASSERT_TRUE(store_->Insert(NewJob("next")).ok());
+  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kCoarse, 1)->job_waits);
 }
 
 TEST_F(SharedPartsTest, WhoHelpedMayShapeWhatTheLeaderHasNotBegun) {
