@@ -18,7 +18,7 @@
 #include "client/cli/working_server.h"
 #include "core/base/status_macros.h"
 #include "core/paging/parts_recipe.h"
-#include "core/paging/saved_value.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/paging/scan_pager.h"
 #include "core/pipeline/reconstruct.h"
 #include "server/conversion/call_error.h"

@@ -8,8 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/crc32c.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/paging/cell_thinner.h"
-#include "core/paging/saved_value.h"
 
 namespace rilievo {
 namespace {

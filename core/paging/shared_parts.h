@@ -20,14 +20,23 @@ enum class PartStep {
   kSurfels,      // normals, spacings and noise, by run of pages
   kFit,          // control points, by control faces
   kHeights,      // heights, by control faces
+  kUncoded,      // one part: how exactly the heights are worth coding; by the process that leads
   kCoded,        // one part: the layers of the file, not yet measured; by the process that leads
   kMeasured,     // what the file decodes to beside the points, by control faces
+  kBlocks,       // a pass of coding over blocks of groups, between kUncoded and kCoded; its number
+                 // follows, and those of the passes after it
 };
-inline constexpr int kPartSteps = 7;
+inline constexpr int kMostPasses = 256;
+inline constexpr int kMostPartSteps = static_cast<int>(PartStep::kBlocks) + kMostPasses;
 
 // Whether the step is of one part in every run, for which all others wait.
 constexpr bool IsOnePart(PartStep step) {
-  return step == PartStep::kCoarse || step == PartStep::kCoded;
+  return step == PartStep::kCoarse || step == PartStep::kUncoded || step == PartStep::kCoded;
+}
+
+// Whether the process that leads does it, and nobody else.
+constexpr bool IsForLeader(PartStep step) {
+  return step == PartStep::kUncoded || step == PartStep::kCoded;
 }
 
 // The next bytes, valid until the next call; none at the end.

@@ -8,8 +8,8 @@
 
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/paging/part_journal.h"
-#include "core/paging/saved_value.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/pipeline/page_runs.h"
 

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/control/build_control_mesh.h"
 #include "core/control/choose_topology.h"
 #include "core/loop/refinement.h"
-#include "core/paging/saved_value.h"
 #include "core/paging/scratch_heights.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/option_lengths.h"

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/codec/container/decode_region.h"
 #include "core/codec/container/encode_dss_blocks.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/mesh/face_groups.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/paging/paged_scan.h"
-#include "core/paging/saved_value.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/run_parts.h"
 #include "core/surface/heights_in_memory.h"
@@ -79,32 +79,37 @@ void VisitMeasured(Archive& archive, Part& part) {
 class StoredCoding {
  public:
   // `points` may be null: then nothing is measured.
+  // `shared` may be null.
   StoredCoding(const StoredSurface& surface, const PartCutter& cutter, PointPages* points,
-               const BlockSize& block, const ReconstructOptions& options,
+               const BlockSize& block, SharedParts* shared, const ReconstructOptions& options,
                const PipelineContext& context)
       : surface_(surface),
         cutter_(cutter),
         points_(points),
         block_(block),
+        shared_(shared),
         options_(options),
         context_(context),
         faces_(PartsToMeasure(surface, cutter.topology(), block,
                               points != nullptr ? points->count() * int64_t{kPagePoints} : 0)) {}
 
+  // Whether others code some of the blocks: where they need to know the heights alone for it.
+  bool IsShared() const {
+    return shared_ != nullptr && block_.in_groups && !options_.encode.max_error &&
+           !options_.encode.max_bytes;
+  }
+
   // Within the error asked for, or as exactly as the points are worth.
   absl::Status Code(const ThinnedPoints& thinned, double position_step,
                     CodedStoredSurface* coded) const {
-    UncodedError& uncoded = coded->uncoded;
-    uncoded = {thinned.median_spacing, thinned.median_noise, options_.measure, {}};
     const std::optional<double> limit = options_.encode.max_error;
-    if (options_.measure && limit) {
-      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(PartsOf(surface_)));
-      uncoded.error = found.error;
-    } else if (options_.measure) {
-      const StageScope scope(Stage::kMeasure, context_);
-      RILIEVO_ASSIGN_OR_RETURN(uncoded.error.b_to_a,
-                               MeasureToParts(thinned.some, PartsOf(surface_), context_));
-    }
+    Uncoded before{{}, surface_.source_counts};
+    const auto find = [&]() -> absl::Status {
+      RILIEVO_ASSIGN_OR_RETURN(before.error, ErrorBefore(thinned));
+      return absl::OkStatus();
+    };
+    RILIEVO_RETURN_IF_ERROR(FindUncoded(find, &before));
+    const UncodedError& uncoded = coded->uncoded = before.error;
     const auto encode = [&](std::optional<double> error) {
       return Encode(coded->metadata, position_step, error);
     };
@@ -120,6 +125,20 @@ class StoredCoding {
     return KeepErrorOf(*limit, own, CodingErrorWithin(*limit, uncoded), error_of, encode,
                        &coded->encoded)
         .status();
+  }
+
+  // Codes blocks for the process that leads.
+  absl::Status Help(double position_step) const {
+    if (!IsShared()) return absl::OkStatus();
+    Uncoded found;
+    RILIEVO_RETURN_IF_ERROR(
+        FindUncoded([] { return absl::InternalError("one who helps was to lead"); }, &found));
+    StoredSurface surface = surface_;
+    surface.source_counts = found.source_counts;
+    return HelpToEncodeDssBlocks(
+        surface, cutter_,
+        EncodeOptionsFor(position_step, CodingErrorFor(options_.encode, found.error)),
+        block_.vertices, context_, Gathering());
   }
 
   // Whether they are of this surface, and where it is measured by parts in groups. A surface that
@@ -151,6 +170,72 @@ class StoredCoding {
   }
 
  private:
+  // Before the heights are coded.
+  struct Uncoded {
+    UncodedError error;
+    std::array<int64_t, 3> source_counts{};  // vertices of each HeightSource
+  };
+
+  absl::StatusOr<UncodedError> ErrorBefore(const ThinnedPoints& thinned) const {
+    UncodedError uncoded{thinned.median_spacing, thinned.median_noise, options_.measure, {}};
+    if (!options_.measure) return uncoded;
+    if (options_.encode.max_error) {
+      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(PartsOf(surface_)));
+      uncoded.error = found.error;
+      return uncoded;
+    }
+    const StageScope scope(Stage::kMeasure, context_);
+    RILIEVO_ASSIGN_OR_RETURN(uncoded.error.b_to_a,
+                             MeasureToParts(thinned.some, PartsOf(surface_), context_));
+    return uncoded;
+  }
+
+  // `found` is what `find` puts there, or the process that leads has found.
+  template <typename Find>
+  absl::Status FindUncoded(const Find& find, Uncoded* found) const {
+    if (!IsShared()) return find();
+    PartsOfStep step{.step = PartStep::kUncoded, .count = 1};
+    step.make = [&](int /*part*/,
+                    const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
+      RILIEVO_RETURN_IF_ERROR(find());
+      ValueWriter writer;
+      writer(*found);
+      return std::move(writer.bytes);
+    };
+    step.take = [found](int part, std::span<const uint8_t> bytes) {
+      ValueReader reader(bytes);
+      reader(*found);
+      return reader.Finished() ? absl::OkStatus() : NotOfPart(PartStep::kUncoded, part);
+    };
+    return RunParts(step, {[](double /*share*/) {}, shared_}, context_);
+  }
+
+  // Each call is a pass of its own.
+  GatherBytes Gathering() const {
+    if (!IsShared()) return {};
+    return [this, pass = 0](int count, const MakeBytes& make, const RunContext& context) mutable
+           -> absl::StatusOr<std::vector<std::vector<uint8_t>>> {
+      if (pass == kMostPasses) return absl::InternalError("coding takes too many passes");
+      std::vector<std::vector<uint8_t>> all(static_cast<size_t>(count));
+      PartsOfStep step{.step = PartStep{static_cast<int>(PartStep::kBlocks) + pass++},
+                       .count = count};
+      step.make = make;
+      step.take = [&all](int part, std::span<const uint8_t> bytes) {
+        all[static_cast<size_t>(part)].assign(bytes.begin(), bytes.end());
+        return absl::OkStatus();
+      };
+      RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared_}, context));
+      return all;
+    };
+  }
+
+  EncodeOptions EncodeOptionsFor(double position_step, std::optional<double> coding_error) const {
+    EncodeOptions encode = options_.encode;
+    encode.position_step = position_step;
+    encode.max_error = coding_error;
+    return encode;
+  }
+
   SurfaceParts PartsOf(const PartDecoder& decoder) const {
     return Parts([&decoder](std::span<const int> faces, const RunContext& context) {
       return decoder.Decode(faces, context);
@@ -166,13 +251,12 @@ class StoredCoding {
   absl::StatusOr<EncodedSurface> Encode(const DssMetadata& given, double position_step,
                                         std::optional<double> coding_error) const {
     const StageScope scope(Stage::kEncode, context_);
-    EncodeOptions encode = options_.encode;
-    encode.position_step = position_step;
-    encode.max_error = coding_error;
+    const EncodeOptions encode = EncodeOptionsFor(position_step, coding_error);
     const int64_t faces = int64_t{cutter_.topology().face_count()} << (2 * surface_.max_level);
     const DssMetadata metadata = WithWidestFigures(given, options_.measure, faces);
     if (block_.in_groups) {
-      return EncodeDssBlocks(surface_, cutter_, metadata, encode, block_.vertices, context_);
+      return EncodeDssBlocks(surface_, cutter_, metadata, encode, block_.vertices, context_,
+                             Gathering());
     }
     RILIEVO_ASSIGN_OR_RETURN(const DisplacedSurface whole, ReadWhole(surface_, cutter_));
     return EncodeDss(whole, metadata, encode, context_);
@@ -233,6 +317,7 @@ class StoredCoding {
   const PartCutter& cutter_;
   PointPages* points_;
   BlockSize block_;
+  SharedParts* shared_;
   const ReconstructOptions& options_;
   const PipelineContext& context_;
   FaceLists faces_;
@@ -317,7 +402,7 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context) {
   if (!options.measure) points = nullptr;
-  const StoredCoding coding(surface, cutter, points, block, options, context);
+  const StoredCoding coding(surface, cutter, points, block, shared, options, context);
   CodedStoredSurface coded;
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOfSource(HeightSource::kSmoothed, surface.source_counts);
@@ -326,10 +411,14 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const std::optional<std::vector<uint8_t>> saved = scratch.Load(kCodedName);
     return saved && step.take(part, *saved).ok();
   };
+  // Of a process that shares steps, one never lies within another.
+  if (coding.IsShared()) RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
   step.make = [&](int /*part*/,
                   const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
-    coded.encoded = {};
-    RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
+    if (!coding.IsShared()) {
+      coded.encoded = {};
+      RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
+    }
     std::vector<uint8_t> bytes = BytesOfCoded(coded);
     RILIEVO_RETURN_IF_ERROR(scratch.Save(kCodedName, bytes));
     return bytes;
@@ -347,10 +436,13 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
   return coded;
 }
 
-absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
-                           PointPages* points, const BlockSize& block, SharedParts* shared,
-                           const ReconstructOptions& options, const PipelineContext& context) {
-  const StoredCoding coding(surface, cutter, points, block, options, context);
+absl::Status HelpToCode(const StoredSurface& surface, const PartCutter& cutter, PointPages* points,
+                        double position_step, const BlockSize& block, SharedParts* shared,
+                        const ReconstructOptions& options, const PipelineContext& context) {
+  if (!options.measure) points = nullptr;
+  const StoredCoding coding(surface, cutter, points, block, shared, options, context);
+  RILIEVO_RETURN_IF_ERROR(coding.Help(position_step));
+  if (points == nullptr) return absl::OkStatus();
   CodedStoredSurface coded;
   PartsOfStep step = StepOfCoding(coding, &coded);
   step.make = [](int /*part*/,
@@ -370,7 +462,7 @@ absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, const
   const bool in_groups =
       file.header.group_limit > 0 && file.layers.size() > static_cast<size_t>(kFirstGroupedLevel);
   const BlockSize block{sizes.block_vertices, sizes.part_points, in_groups};
-  return StoredCoding(surface, cutter, points, block, options, context).MeasureBytes(dss);
+  return StoredCoding(surface, cutter, points, block, nullptr, options, context).MeasureBytes(dss);
 }
 
 }  // namespace rilievo

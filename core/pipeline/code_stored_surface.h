@@ -62,11 +62,11 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const ScratchFolder& scratch, SharedParts* shared, const ReconstructOptions& options,
     const PipelineContext& context);
 
-// Waits for what the process that leads `shared` codes, and measures parts of it.
-// `surface` needs no heights.
-absl::Status HelpToMeasure(const StoredSurface& surface, const PartCutter& cutter,
-                           PointPages* points, const BlockSize& block, SharedParts* shared,
-                           const ReconstructOptions& options, const PipelineContext& context);
+// Codes blocks for the process that leads `shared`, and measures parts of what that makes of them;
+// `points` may be null: then nothing is measured.
+absl::Status HelpToCode(const StoredSurface& surface, const PartCutter& cutter, PointPages* points,
+                        double position_step, const BlockSize& block, SharedParts* shared,
+                        const ReconstructOptions& options, const PipelineContext& context);
 
 // The error of a file that is whole up to its last layer, in memory as above. `points` may be null:
 // then folds and sources alone. `sizes` and `options`: those it was made with.

@@ -9,7 +9,7 @@
 
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
-#include "core/paging/saved_value.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/points/point_index.h"
 
 namespace rilievo {

@@ -11,13 +11,13 @@
 
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
+#include "core/codec/bytes/saved_value.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/face_vertices.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 #include "core/paging/part_journal.h"
-#include "core/paging/saved_value.h"
 
 namespace rilievo {
 namespace {
@@ -145,7 +145,6 @@ absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(RunParts(of_step, run, context));
-  if (run.shared != nullptr && !run.shared->leads()) return heights;
   RILIEVO_RETURN_IF_ERROR(heights.Finish());
   return heights;
 }

@@ -13,8 +13,7 @@ namespace rilievo {
 
 // Heights at `level` over the control mesh of `cutter`, from all points of the scan. A part's
 // heights come of the points and faces within its box. A vertex between parts has the height that
-// was found with its first face. A process that only helps keeps none of
-// them.
+// was found with its first face.
 absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
     const KnownPoints& points, const FaceParts& parts, const PartCutter& cutter, int level,
     const DisplacementOptions& options, const PartsRun& run, const RunContext& context);

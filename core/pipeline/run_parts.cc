@@ -67,8 +67,7 @@ absl::StatusOr<std::vector<uint8_t>> FetchFrom(SharedParts* shared, PartStep ste
 absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run, const RunContext& context) {
   if (run.shared == nullptr) return RunAlone(parts, run.told, context);
   SharedParts& shared = *run.shared;
-  const bool takes =
-      shared.leads() || (parts.step != PartStep::kHeights && parts.step != PartStep::kMeasured);
+  const bool takes = shared.leads() || parts.step != PartStep::kMeasured;
   std::vector<bool> taken(static_cast<size_t>(parts.count), false);
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const SharedParts::Turn turn, shared.Next(parts.step, parts.count));

@@ -36,8 +36,8 @@ struct PartsRun {
   SharedParts* shared = nullptr;
 };
 
-// All parts are made, by whomever, and taken. Heights and what was measured are taken only by the
-// process that leads. The errors of `make`, `take` and SharedParts.
+// All parts are made, by whomever, and taken. What was measured is taken only by the process that
+// leads. The errors of `make`, `take` and SharedParts.
 absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run, const RunContext& context);
 
 // Of bytes that do not make sense.

@@ -113,12 +113,13 @@ absl::Status HelpFromPages(const PagedScan& pages, const PartSizes& sizes, Share
       const MeasuredPages measured,
       MeasurePages(pages, sizes, coarse->scan, coarse->sampled.surface, cutter, coarse->options,
                    shared, context, &coarse->sampled.domain, &stored));
+  stored.heights = &measured.heights;
   { const ScanSurface spent = std::move(coarse->scan); }
   const Grouping grouping(stored, cutter, sizes, coarse->options);
-  if (!grouping.options.measure) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.analyzed.surfels, stored.frame));
-  return HelpToMeasure(stored, cutter, &points, grouping.block, shared, grouping.options, context);
+  return HelpToCode(stored, cutter, &points, coarse->sampled.domain.position_step, grouping.block,
+                    shared, grouping.options, context);
 }
 
 absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const PartSizes& sizes,

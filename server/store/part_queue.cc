@@ -16,14 +16,22 @@ constexpr int kMostTries = 3;
 // Parts that nobody has, and that are to be done, for the first time or once more.
 constexpr char kOpen[] = "worker = '' AND (result = '' OR twice > 0)";
 
-// Parts of the steps before coding, and of measuring what was coded and is there.
+constexpr int kUncodedStep = static_cast<int>(PartStep::kUncoded);
+constexpr int kCodedStep = static_cast<int>(PartStep::kCoded);
+
+const std::string& IsForAll() {
+  static const std::string sql = absl::StrCat("step NOT IN (", kUncodedStep, ", ", kCodedStep, ")");
+  return sql;
+}
+
+// Parts of all steps that are not the leader's, those of measuring only where what was coded is
+// there.
 const std::string& ToHelpWith() {
   static const std::string sql = absl::StrCat(
-      "(step < ", static_cast<int>(PartStep::kCoded), " OR step > ",
-      static_cast<int>(PartStep::kCoded),
-      " AND EXISTS(SELECT 1 FROM job_parts AS coded WHERE coded.job_id = job_parts.job_id AND"
+      "(", IsForAll(), " AND (step <> ", static_cast<int>(PartStep::kMeasured),
+      " OR EXISTS(SELECT 1 FROM job_parts AS coded WHERE coded.job_id = job_parts.job_id AND"
       " coded.step = ",
-      static_cast<int>(PartStep::kCoded), " AND coded.result <> ''))");
+      kCodedStep, " AND coded.result <> '')))");
   return sql;
 }
 
@@ -115,8 +123,8 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
       "UPDATE job_parts SET worker = $3, claim = claim + 1, lease_until = now() + ", kLease,
       " WHERE job_id = $1 AND step = $2 AND part = (SELECT part FROM job_parts WHERE job_id = $1"
       " AND step = $2 AND ",
-      kOpen, " AND CASE WHEN $4 = 0 THEN step <> ", NumberOf(PartStep::kCoded), " AND claim < ",
-      kMostTries, " AND NOT ", own, " ELSE twice < 2 OR NOT ", own,
+      kOpen, " AND CASE WHEN $4 = 0 THEN ", IsForAll(), " AND claim < ", kMostTries, " AND NOT ",
+      own, " ELSE twice < 2 OR NOT ", own,
       " OR NOT EXISTS(SELECT 1 FROM job_parts AS latest WHERE latest.job_id = $1 AND latest.step ="
       " $2 AND latest.lease_until > now()) END ORDER BY result <> '', ",
       own, ", part LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING part, claim");
@@ -140,7 +148,7 @@ absl::StatusOr<PartQueue::Turn> PartQueue::Take(const PartWorker& worker, PartSt
         return absl::OkStatus();
       }
       if (worker.claim != 0) return absl::OkStatus();
-      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, step == PartStep::kCoded
+      RILIEVO_ASSIGN_OR_RETURN(turn.job_waits, IsForLeader(step)
                                                    ? IsOfUseElsewhere(worker)
                                                    : JobWaits(worker, /*suspect=*/false));
       return CheckLed(worker);
@@ -167,7 +175,7 @@ absl::StatusOr<bool> PartQueue::JobWaits(const PartWorker& worker, bool suspect)
   return found;
 }
 
-// One that waits while another one codes, which may take long.
+// One that waits for what the leader does alone, which may take long.
 absl::StatusOr<bool> PartQueue::IsOfUseElsewhere(const PartWorker& worker) {
   RILIEVO_ASSIGN_OR_RETURN(const bool waits, JobWaits(worker, /*suspect=*/true));
   if (waits) return true;

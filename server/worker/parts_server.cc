@@ -45,7 +45,7 @@ absl::Status PartsServer::Answer(const worker::WorkerMessage& asked) {
   const worker::PartOfStep& numbers = asked.has_next_part()   ? asked.next_part()
                                       : asked.has_part_done() ? asked.part_done()
                                                               : asked.fetch_part();
-  if (numbers.step() < 0 || numbers.step() >= kPartSteps || numbers.part() < 0 ||
+  if (numbers.step() < 0 || numbers.step() >= kMostPartSteps || numbers.part() < 0 ||
       numbers.part() > kMostPartsOfStep) {
     return NotAllowed("the worker asks for parts of a step that there is none of");
   }
@@ -57,7 +57,7 @@ absl::Status PartsServer::Answer(const worker::WorkerMessage& asked) {
 int64_t PartsServer::MostPartsOf(PartStep step) const {
   if (IsOnePart(step)) return 1;
   const int64_t by_points = kFewParts + job_.size.points / kFewPoints;
-  if (step != PartStep::kMeasured) return by_points;
+  if (step < PartStep::kMeasured) return by_points;
   // Of blocks of the finest level: groups of faces that are at least half full.
   const int64_t block = std::max<int64_t>(1, PartSizes::Of(job_.parts->points).block_vertices);
   return by_points + 2 * (job_.options.max_surface_faces / block);

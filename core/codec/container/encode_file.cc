@@ -101,27 +101,6 @@ void PutBefore(const std::vector<uint8_t>& part, std::vector<uint8_t>& coded) {
   coded = std::move(both);
 }
 
-// Heights as the options ask for them. `bytes_left`: of max_bytes, after chunk 0.
-absl::StatusOr<EncodedHeights> EncodeHeights(const HeightCoding& encoder,
-                                             const EncodeOptions& options, int64_t bytes_left,
-                                             const RunContext& context) {
-  const double floor = kNoiseShare * options.noise_floor;
-  if (options.max_error) {
-    return EncodeWithinError(encoder, std::max(*options.max_error, floor), 0, context);
-  }
-  if (options.max_bytes) {
-    double least_step = 0;
-    if (floor > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(const EncodedHeights finest,
-                               EncodeWithinError(encoder, floor, 0, context));
-      least_step = finest.step;
-    }
-    return EncodeWithinBytes(encoder, bytes_left, kLayerOverhead, least_step, context);
-  }
-  if (floor > 0) return EncodeWithinError(encoder, floor, FirstHeightStep(options), context);
-  return encoder.Encode(FirstHeightStep(options), context);
-}
-
 bool IsEmpty(const std::vector<uint8_t>& layer) { return (layer[0] & kEmptyLayerFlag) != 0; }
 
 // Takes off the finest layers that hold no coefficients, and gives their rules. They may hold flags
@@ -218,6 +197,26 @@ absl::StatusOr<DssDraft> DraftDss(const SpatialFrame& frame, const ControlMesh& 
     PutBefore(tags, draft.coded_mesh);
   }
   return draft;
+}
+
+absl::StatusOr<EncodedHeights> EncodeHeights(const HeightCoding& encoder,
+                                             const EncodeOptions& options, int64_t bytes_left,
+                                             const RunContext& context) {
+  const double floor = kNoiseShare * options.noise_floor;
+  if (options.max_error) {
+    return EncodeWithinError(encoder, std::max(*options.max_error, floor), 0, context);
+  }
+  if (options.max_bytes) {
+    double least_step = 0;
+    if (floor > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const EncodedHeights finest,
+                               EncodeWithinError(encoder, floor, 0, context));
+      least_step = finest.step;
+    }
+    return EncodeWithinBytes(encoder, bytes_left, kLayerOverhead, least_step, context);
+  }
+  if (floor > 0) return EncodeWithinError(encoder, floor, FirstHeightStep(options), context);
+  return encoder.Encode(FirstHeightStep(options), context);
 }
 
 absl::StatusOr<EncodedSurface> FinishDss(const DssDraft& draft, const HeightCoding& coding,

@@ -35,6 +35,11 @@ absl::StatusOr<DssDraft> DraftDss(const SpatialFrame& frame, const ControlMesh& 
                                   const MeshTopology& control, int max_level,
                                   const DssMetadata& metadata, const EncodeOptions& options);
 
+// Heights as the options ask for them. `bytes_left`: of max_bytes, after chunk 0.
+absl::StatusOr<EncodedHeights> EncodeHeights(const HeightCoding& encoder,
+                                             const EncodeOptions& options, int64_t bytes_left,
+                                             const RunContext& context);
+
 // The flags of smoothed heights for a file whose last `plain_levels` levels have no chunk; `bytes`
 // and `most`: see EncodeSmoothedFlags.
 using SmoothedCoding =

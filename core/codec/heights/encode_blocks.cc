@@ -43,11 +43,41 @@ FaceGroups GroupsOf(const std::vector<int>& faces, const FaceGroups& whole,
   return groups;
 }
 
+// Calls work(i, one_thread) for each, several at once. The first error in their order is returned.
+template <typename Work>
+absl::Status ForEachOf(size_t count, const RunContext& context, const Work& work) {
+  RunContext one_thread = context;
+  one_thread.threads = 1;
+  one_thread.progress = nullptr;
+  std::vector<absl::Status> ended(count);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(count), 1, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) ended[i] = work(static_cast<size_t>(i), one_thread);
+      }));
+  for (absl::Status& status : ended) RILIEVO_RETURN_IF_ERROR(status);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::vector<uint8_t>>> MakeAll(int count, const MakeBytes& make,
+                                                          const RunContext& context) {
+  std::vector<std::vector<uint8_t>> all(static_cast<size_t>(count));
+  RILIEVO_RETURN_IF_ERROR(
+      ForEachOf(all.size(), context, [&](size_t i, const RunContext& one_thread) -> absl::Status {
+        RILIEVO_ASSIGN_OR_RETURN(all[i], make(static_cast<int>(i), one_thread));
+        return absl::OkStatus();
+      }));
+  return all;
+}
+
 }  // namespace
 
 EncodeBlocks::EncodeBlocks(const StoredSurface& surface, const PartCutter& cutter,
-                           const FaceGroups& groups, int64_t block_vertices)
-    : surface_(surface), cutter_(cutter), groups_(groups), owner_(FirstFaces(cutter.topology())) {
+                           const FaceGroups& groups, int64_t block_vertices, GatherBytes gather)
+    : surface_(surface),
+      cutter_(cutter),
+      groups_(groups),
+      gather_(gather ? std::move(gather) : MakeAll),
+      owner_(FirstFaces(cutter.topology())) {
   shared_.levels.push_back(cutter.topology());
   const int64_t vertices = VertexCountAt(cutter.topology(), surface.max_level);
   const int64_t most = block_vertices * cutter.topology().face_count() / vertices;  // faces
@@ -100,20 +130,15 @@ absl::Status EncodeBlocks::ForEach(
     const std::vector<GroupRange>& ranges, const RunContext& context,
     const std::function<absl::Status(size_t i, const GroupBlock& block,
                                      const RunContext& one_thread)>& visit) const {
-  RunContext one_thread = context;
-  one_thread.threads = 1;
-  one_thread.progress = nullptr;
-  std::vector<absl::Status> ended(ranges.size());
-  const auto work = [&](size_t i) -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const GroupBlock block, Read(ranges[i], one_thread));
-    return visit(i, block, one_thread);
-  };
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(static_cast<int64_t>(ranges.size()), 1, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) ended[i] = work(i);
-      }));
-  for (absl::Status& status : ended) RILIEVO_RETURN_IF_ERROR(status);
-  return absl::OkStatus();
+  return ForEachOf(ranges.size(), context,
+                   [&](size_t i, const RunContext& one_thread) -> absl::Status {
+                     RILIEVO_ASSIGN_OR_RETURN(const GroupBlock block, Read(ranges[i], one_thread));
+                     return visit(i, block, one_thread);
+                   });
+}
+
+absl::Status EncodeBlocks::NotOfBlock() {
+  return absl::DataLossError("what was kept of a block of groups is not what was coded of it");
 }
 
 }  // namespace rilievo

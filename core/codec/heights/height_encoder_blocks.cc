@@ -36,6 +36,68 @@ struct SampledFigures {
   std::vector<HeightLifting::RuleSums> details;
   std::vector<double> level_gains, mean_gains;
   std::vector<int64_t> counts;
+
+  template <typename Archive, typename Self>
+  static void Visit(Archive& archive, Self& self) {
+    archive(self.details);
+    archive(self.level_gains);
+    archive(self.mean_gains);
+    archive(self.counts);
+  }
+  bool IsOf(size_t levels) const {
+    return details.size() + 1 == levels && level_gains.size() == levels &&
+           mean_gains.size() == levels && counts.size() == levels;
+  }
+};
+
+// Of one block, by round.
+struct SumsOfBlock {
+  std::vector<HeightSums> rounds;
+
+  template <typename Archive, typename Self>
+  static void Visit(Archive& archive, Self& self) {
+    archive(self.rounds);
+  }
+};
+
+// Of the vertices of the shared levels that a block decides of.
+struct TargetsOfBlock {
+  std::vector<int> there;  // in the whole
+  std::vector<double> targets, gains;
+  std::vector<uint8_t> filled;
+  double highest = 0, largest_target = 0;  // of all levels, magnitudes
+
+  template <typename Archive, typename Self>
+  static void Visit(Archive& archive, Self& self) {
+    archive(self.there);
+    archive(self.targets);
+    archive(self.gains);
+    archive(self.filled);
+    archive(self.highest);
+    archive(self.largest_target);
+  }
+  bool IsOf(int shared_count) const {
+    const auto is_there = [&](int v) { return v >= 0 && v < shared_count; };
+    const auto is_finite = [](double value) { return std::isfinite(value); };
+    return targets.size() == there.size() && gains.size() == there.size() &&
+           filled.size() == there.size() && std::all_of(there.begin(), there.end(), is_there) &&
+           std::all_of(targets.begin(), targets.end(), is_finite) &&
+           std::all_of(gains.begin(), gains.end(), is_finite) && std::isfinite(highest) &&
+           std::isfinite(largest_target);
+  }
+};
+
+struct CodedBlock {
+  uint8_t fits = 1;  // see GroupPieces
+  HeightSums sums;
+  std::vector<std::vector<uint8_t>> pieces;  // group after group, from level to level
+
+  template <typename Archive, typename Self>
+  static void Visit(Archive& archive, Self& self) {
+    archive(self.fits);
+    archive(self.sums);
+    archive(self.pieces);
+  }
 };
 
 HeightPlan PlanOf(const std::vector<SampledFigures>& samples, HeightPlan plan) {
@@ -100,35 +162,43 @@ absl::Status HeightEncoderBlocks::MakePlan(const RunContext& context) {
   plan_.mean_weight =
       MeanHeightWeight(surface.control_mesh, blocks_.shared().levels[0], surface.max_level);
   plan_.has_filled = surface.source_counts[static_cast<size_t>(HeightSource::kFilled)] > 0;
-  const std::vector<GroupRange> ranges = blocks_.Samples(kSampledGroups);
-  std::vector<SampledFigures> samples(ranges.size());
-  const auto take = [&](size_t i, const GroupBlock& block,
-                        const RunContext& one_thread) -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
-    samples[i] = {encoder->detail_sums(), encoder->gains().of_level, encoder->mean_gains(),
-                  encoder->coded_counts()};
-    return absl::OkStatus();
+  const auto sample = [&](const GroupBlock& block,
+                          const RunContext& own) -> absl::StatusOr<SampledFigures> {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
+    return SampledFigures{encoder->detail_sums(), encoder->gains().of_level, encoder->mean_gains(),
+                          encoder->coded_counts()};
   };
-  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::vector<SampledFigures> samples,
+      blocks_.Gather<SampledFigures>(blocks_.Samples(kSampledGroups), context, sample));
+  for (const SampledFigures& of_group : samples) {
+    if (!of_group.IsOf(static_cast<size_t>(surface.max_level) + 1)) {
+      return EncodeBlocks::NotOfBlock();
+    }
+  }
   plan_ = PlanOf(samples, std::move(plan_));
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::vector<double>> HeightEncoderBlocks::RmsOfRounds(
     double step, int rounds, const RunContext& context) const {
-  const std::vector<GroupRange> ranges = blocks_.Samples(kSampledGroups);
-  std::vector<std::vector<HeightSums>> samples(ranges.size());
-  const auto take = [&](size_t i, const GroupBlock& block,
-                        const RunContext& one_thread) -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
-    RILIEVO_ASSIGN_OR_RETURN(samples[i], encoder->SumsOfRounds(step, rounds, one_thread, nullptr));
-    return absl::OkStatus();
+  const auto sample = [&](const GroupBlock& block,
+                          const RunContext& own) -> absl::StatusOr<SumsOfBlock> {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
+    SumsOfBlock found;
+    RILIEVO_ASSIGN_OR_RETURN(found.rounds, encoder->SumsOfRounds(step, rounds, own, nullptr));
+    return found;
   };
-  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::vector<SumsOfBlock> samples,
+      blocks_.Gather<SumsOfBlock>(blocks_.Samples(kSampledGroups), context, sample));
+  for (const SumsOfBlock& of_group : samples) {
+    if (of_group.rounds.size() != static_cast<size_t>(rounds)) return EncodeBlocks::NotOfBlock();
+  }
   std::vector<double> rms;
   for (int round = 0; round < rounds; ++round) {
     HeightSums all;
-    for (const std::vector<HeightSums>& sample : samples) all.Add(sample[round]);
+    for (const SumsOfBlock& of_group : samples) all.Add(of_group.rounds[round]);
     rms.push_back(all.rms());
   }
   return rms;
@@ -141,30 +211,40 @@ absl::StatusOr<HeightEncoderBlocks::CoarseTargets> HeightEncoderBlocks::TargetsO
   coarse.targets.resize(count);
   coarse.gains.resize(count);
   coarse.filled.resize(count);
-  const std::vector<GroupRange>& ranges = blocks_.ranges();
-  std::vector<double> highest(ranges.size()), largest(ranges.size());
-  const auto take = [&](size_t i, const GroupBlock& block,
-                        const RunContext& one_thread) -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
+  const auto find = [&](const GroupBlock& block,
+                        const RunContext& own) -> absl::StatusOr<TargetsOfBlock> {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
     std::vector<double> targets;
-    RILIEVO_RETURN_IF_ERROR(
-        encoder->SumsOfRounds(step, kCoarseRounds, one_thread, &targets).status());
-    for (const double target : targets) largest[i] = std::max(largest[i], std::abs(target));
+    RILIEVO_RETURN_IF_ERROR(encoder->SumsOfRounds(step, kCoarseRounds, own, &targets).status());
+    TargetsOfBlock found;
+    for (const double target : targets) {
+      found.largest_target = std::max(found.largest_target, std::abs(target));
+    }
     for (const float height : block.part.surface.heights) {
-      highest[i] = std::max(highest[i], std::abs(double{height}));
+      found.highest = std::max(found.highest, std::abs(double{height}));
     }
     for (size_t v = 0; v < block.coarse_there.size(); ++v) {
-      const int there = block.coarse_there[v];
-      if (!blocks_.Owns(block.range, there)) continue;
-      coarse.targets[there] = targets[v];
-      coarse.gains[there] = encoder->gains().of_vertex[v];
-      coarse.filled[there] = encoder->filled()[v];
+      if (!blocks_.Owns(block.range, block.coarse_there[v])) continue;
+      found.there.push_back(block.coarse_there[v]);
+      found.targets.push_back(targets[v]);
+      found.gains.push_back(encoder->gains().of_vertex[v]);
+      found.filled.push_back(encoder->filled()[v]);
     }
-    return absl::OkStatus();
+    return found;
   };
-  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
-  coarse.highest = *std::max_element(highest.begin(), highest.end());
-  coarse.largest_target = *std::max_element(largest.begin(), largest.end());
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<TargetsOfBlock> found,
+                           blocks_.Gather<TargetsOfBlock>(blocks_.ranges(), context, find));
+  for (const TargetsOfBlock& of_block : found) {
+    if (!of_block.IsOf(blocks_.shared_count())) return EncodeBlocks::NotOfBlock();
+    coarse.highest = std::max(coarse.highest, of_block.highest);
+    coarse.largest_target = std::max(coarse.largest_target, of_block.largest_target);
+    for (size_t i = 0; i < of_block.there.size(); ++i) {
+      const int v = of_block.there[i];
+      coarse.targets[v] = of_block.targets[i];
+      coarse.gains[v] = of_block.gains[i];
+      coarse.filled[v] = of_block.filled[i];
+    }
+  }
   return coarse;
 }
 
@@ -211,28 +291,37 @@ absl::StatusOr<bool> HeightEncoderBlocks::CodeGroups(double step, const CoarseLe
                                                      EncodedHeights* encoded) const {
   const std::vector<GroupRange>& ranges = blocks_.ranges();
   const int levels = blocks_.surface().max_level + 1 - kFirstGroupedLevel;
-  std::vector<std::vector<std::vector<uint8_t>>> pieces(
-      levels, std::vector<std::vector<uint8_t>>(blocks_.groups().count()));
-  std::vector<HeightSums> sums(ranges.size());
-  std::vector<uint8_t> fits(ranges.size(), 0);
-  const auto take = [&](size_t i, const GroupBlock& block,
-                        const RunContext& one_thread) -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
+  const auto code = [&](const GroupBlock& block,
+                        const RunContext& own) -> absl::StatusOr<CodedBlock> {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
     RILIEVO_ASSIGN_OR_RETURN(GroupPieces made,
-                             encoder->EncodeGroups(SharedOf(block, coarse), step, one_thread));
-    fits[i] = made.fits;
-    sums[i] = made.sums;
+                             encoder->EncodeGroups(SharedOf(block, coarse), step, own));
+    CodedBlock coded{uint8_t{made.fits}, made.sums, {}};
     for (size_t g = 0; g < made.pieces.size(); ++g) {
       const int there = block.group_there[g];
       if (there < block.range.first || there >= block.range.last) continue;
-      for (int l = 0; l < levels; ++l) pieces[l][there] = std::move(made.pieces[g][l]);
+      for (std::vector<uint8_t>& piece : made.pieces[g]) coded.pieces.push_back(std::move(piece));
     }
-    return absl::OkStatus();
+    return coded;
   };
-  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
-  if (std::find(fits.begin(), fits.end(), 0) != fits.end()) return false;
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<CodedBlock> blocks,
+                           blocks_.Gather<CodedBlock>(ranges, context, code));
+  std::vector<std::vector<std::vector<uint8_t>>> pieces(levels);
   HeightSums all;
-  for (const HeightSums& of_block : sums) all.Add(of_block);
+  bool fits = true;
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    CodedBlock& block = blocks[i];
+    fits = fits && block.fits != 0;
+    if (block.fits == 0) continue;
+    const auto groups = static_cast<size_t>(ranges[i].last - ranges[i].first);
+    if (block.pieces.size() != groups * pieces.size()) return EncodeBlocks::NotOfBlock();
+    all.Add(block.sums);
+    size_t next = 0;
+    for (size_t g = 0; g < groups; ++g) {
+      for (auto& of_level : pieces) of_level.push_back(std::move(block.pieces[next++]));
+    }
+  }
+  if (!fits) return false;
   const std::vector<double> steps = StepsOfLevels(step, plan_.level_gains);
   encoded->step = step;
   encoded->unit = coarse.shared.unit;

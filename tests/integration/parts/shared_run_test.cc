@@ -41,7 +41,7 @@ class PartsInMemory {
         int done = 0, next = -1;
         for (int part = 0; part < count; ++part) {
           done += !parts[part].bytes.empty();
-          const bool may = leads_ || step != PartStep::kCoded;
+          const bool may = leads_ || !IsForLeader(step);
           if (parts[part].bytes.empty() && !parts[part].taken && may) next = part;
         }
         if (done == count) return Turn{std::nullopt, done};
@@ -119,8 +119,8 @@ class SharedRunTest : public ::testing::Test {
     PartsInMemory::Member member(&all_, /*leads=*/true, lives, last);
     return Lead(&member);
   }
-  absl::Status Help(int lives) {
-    PartsInMemory::Member member(&all_, /*leads=*/false, lives);
+  absl::Status Help(int lives, std::optional<PartStep> last = {}) {
+    PartsInMemory::Member member(&all_, /*leads=*/false, lives, last);
     return HelpWithParts(Paged(), kSizes, options_, context_, &member);
   }
 
@@ -207,6 +207,46 @@ TEST_F(SharedRunTest, ASurfaceIsMeasuredByThoseWhoHelp) {
   EXPECT_EQ(all_.made(), made);
   all_.BytesOf(PartStep::kMeasured, 0).pop_back();
   EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
+}
+
+TEST_F(SharedRunTest, ASurfaceIsCodedByThoseWhoHelp) {
+  options_.measure = true;
+  options_.max_level = 3;
+  const std::vector<uint8_t> alone = *Lead(nullptr);
+  EXPECT_TRUE(absl::IsCancelled(Lead(kForEver, PartStep::kBlocks).status()));
+  EXPECT_EQ(all_.count(PartStep::kUncoded), 1u);
+  const int before = all_.made();
+  EXPECT_TRUE(absl::IsCancelled(Help(kForEver, PartStep::kCoded)));
+  int of_passes = 0, passes = 0;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    const auto count =
+        static_cast<int>(all_.count(PartStep{static_cast<int>(PartStep::kBlocks) + pass}));
+    of_passes += count;
+    passes += count > 1;
+  }
+  EXPECT_GE(passes, 2) << "targets, and groups under them";
+  EXPECT_EQ(all_.made(), before + of_passes);
+  const int coded = all_.made();
+  EXPECT_TRUE(absl::IsCancelled(Lead(kForEver, PartStep::kMeasured).status()));
+  EXPECT_EQ(all_.made(), coded + 1) << "all that was left to it is the file";
+  EXPECT_EQ(*Lead(kForEver), alone);
+  std::vector<uint8_t>& block = all_.BytesOf(PartStep::kBlocks, 0);
+  block.pop_back();
+  EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
+  block.push_back(0);
+  std::fill(block.begin(), block.begin() + sizeof(int64_t), 0);  // no rules
+  EXPECT_TRUE(absl::IsDataLoss(Lead(kForEver).status()));
+}
+
+TEST_F(SharedRunTest, WhereBytesAreAskedForOneAloneCodes) {
+  options_.measure = true;
+  options_.max_level = 3;
+  options_.encode.max_bytes = 3000;
+  const std::vector<uint8_t> alone = *Lead(nullptr);
+  EXPECT_TRUE(absl::IsCancelled(Lead(kForEver, PartStep::kMeasured).status()));
+  EXPECT_EQ(all_.count(PartStep::kBlocks), 0u);
+  EXPECT_TRUE(Help(kForEver).ok());
+  EXPECT_EQ(*Lead(kForEver), alone);
 }
 
 TEST_F(SharedRunTest, ASurfaceOfOneBlockIsMeasuredInAsManyPartsAsItsPointsAsk) {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "core/codec/bytes/saved_value.h"
 #include "core/paging/part_journal.h"
-#include "core/paging/saved_value.h"
 #include "core/paging/scan_pager.h"
 #include "core/paging/scratch_blocks.h"
 #include "core/paging/scratch_file.h"

@@ -123,7 +123,7 @@ TEST_F(PartsServerTest, AWorkerDoesNoPartThatItWasNotGiven) {
   message.mutable_part_done()->set_part(1);
   ASSERT_TRUE(SendMessage(worker_end_, message).ok());
   EXPECT_TRUE(absl::IsInternal(Serve()));
-  message.mutable_fetch_part()->set_step(kPartSteps);
+  message.mutable_fetch_part()->set_step(kMostPartSteps);
   ASSERT_TRUE(SendMessage(worker_end_, message).ok());
   EXPECT_TRUE(absl::IsInternal(Serve()));
 }

@@ -26,6 +26,10 @@ class ValueWriter {
     (*this)(static_cast<int64_t>(items.size()));
     Append(items.data(), items.size() * sizeof(Item));
   }
+  void operator()(const std::vector<std::vector<uint8_t>>& pieces) {
+    (*this)(static_cast<int64_t>(pieces.size()));
+    for (const std::vector<uint8_t>& piece : pieces) (*this)(piece);
+  }
   void operator()(const std::string& text) {
     (*this)(static_cast<int64_t>(text.size()));
     Append(text.data(), text.size());
@@ -62,6 +66,10 @@ class ValueReader {
   void operator()(std::vector<Item>& items) {
     items.resize(CountOf(sizeof(Item)));
     Take(items.data(), items.size() * sizeof(Item));
+  }
+  void operator()(std::vector<std::vector<uint8_t>>& pieces) {
+    pieces.resize(CountOf(sizeof(int64_t)));
+    for (std::vector<uint8_t>& piece : pieces) (*this)(piece);
   }
   void operator()(std::string& text) {
     text.resize(CountOf(1));
