@@ -140,29 +140,34 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
   return scan;
 }
 
-// The points of a scan with their normals, of either sign. FindNormals takes the points out of the
-// scan, and the index too where there are many.
+// The points of a scan with their normals, of either sign.
 struct NormalsOfScan {
   ReplacedLists replaced;
   EstimatedNormals estimated;
 };
 
-absl::StatusOr<NormalsOfScan> FindNormals(ScanNeighbors* scan, const RunContext& context) {
+// Of a scan whose graph is by sheets. Takes its points, and the index too where there are many.
+absl::StatusOr<NormalsOfScan> FindNormals(ReplacedLists replaced, ScanNeighbors* scan,
+                                          const RunContext& context) {
   NormalsOfScan found;
-  RILIEVO_ASSIGN_OR_RETURN(found.replaced,
-                           SeparateSheets(scan->points, scan->index, context, &scan->graph));
+  found.replaced = std::move(replaced);
   if (scan->points.cols() >= kLargeScan) PointIndex(std::move(scan->index));  // for its room
   RILIEVO_ASSIGN_OR_RETURN(found.estimated, EstimateNormals(std::move(scan->points), scan->graph,
                                                             found.replaced, context));
   return found;
 }
 
-// Takes foliage out of the scan. Its normals as FindNormals, where there was none to take out.
-absl::StatusOr<std::optional<NormalsOfScan>> RemoveFoliage(ScanNeighbors* scan,
+absl::StatusOr<ReplacedLists> SeparateScan(ScanNeighbors* scan, const RunContext& context) {
+  return SeparateSheets(scan->points, scan->index, context, &scan->graph);
+}
+
+// Takes foliage out of a scan whose graph is by sheets. Its normals, where there was none to take
+// out; unset: there was, and the graph is not by sheets any longer.
+absl::StatusOr<std::optional<NormalsOfScan>> RemoveFoliage(ReplacedLists replaced,
+                                                           ScanNeighbors* scan,
                                                            const ScanOptions& options,
                                                            const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(NormalsOfScan found, FindNormals(scan, context));
-  if (options.outliers.distance_factor == 0) return found;
+  RILIEVO_ASSIGN_OR_RETURN(NormalsOfScan found, FindNormals(std::move(replaced), scan, context));
   const int64_t checked = scan->graph.size();
   RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> keep,
                            FindFoliage(found.estimated.cloud, scan->graph, context));
@@ -180,14 +185,25 @@ absl::StatusOr<std::optional<NormalsOfScan>> RemoveFoliage(ScanNeighbors* scan,
   return std::nullopt;
 }
 
+absl::StatusOr<bool> LooksForFoliage(const ScanNeighbors& scan, const ScanOptions& options,
+                                     const RunContext& context) {
+  if (options.outliers.distance_factor == 0) return false;
+  return MayHoldFoliage(scan.points, scan.graph, context);
+}
+
 // As FindNormals, of what is left without foliage.
 absl::StatusOr<NormalsOfScan> FindNormalsWithoutFoliage(ScanNeighbors* scan,
                                                         const ScanOptions& options,
                                                         const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(std::optional<NormalsOfScan> found,
-                           RemoveFoliage(scan, options, context));
-  if (found) return *std::move(found);
-  return FindNormals(scan, context);
+  RILIEVO_ASSIGN_OR_RETURN(ReplacedLists replaced, SeparateScan(scan, context));
+  RILIEVO_ASSIGN_OR_RETURN(const bool looks, LooksForFoliage(*scan, options, context));
+  if (looks) {
+    RILIEVO_ASSIGN_OR_RETURN(std::optional<NormalsOfScan> found,
+                             RemoveFoliage(std::move(replaced), scan, options, context));
+    if (found) return *std::move(found);
+    RILIEVO_ASSIGN_OR_RETURN(replaced, SeparateScan(scan, context));
+  }
+  return FindNormals(std::move(replaced), scan, context);
 }
 
 }  // namespace
@@ -224,7 +240,11 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
 absl::StatusOr<std::vector<uint8_t>> FindKept(ScanNeighbors scan, const ScanOptions& options,
                                               const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
-  RILIEVO_RETURN_IF_ERROR(RemoveFoliage(&scan, options, context).status());
+  RILIEVO_ASSIGN_OR_RETURN(ReplacedLists replaced, SeparateScan(&scan, context));
+  RILIEVO_ASSIGN_OR_RETURN(const bool looks, LooksForFoliage(scan, options, context));
+  if (looks) {
+    RILIEVO_RETURN_IF_ERROR(RemoveFoliage(std::move(replaced), &scan, options, context).status());
+  }
   return std::move(scan.keep);
 }
 

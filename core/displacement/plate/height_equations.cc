@@ -1,6 +1,7 @@
 #include "core/displacement/plate/height_equations.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -9,46 +10,77 @@
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
-#include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"
 
 namespace rilievo {
 namespace {
 
-PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
-                   const std::vector<PointFoot>& feet, const std::vector<float>& weights,
-                   double domain_weight, const std::vector<uint8_t>& measured,
-                   const RunContext& context) {
-  constexpr size_t kPointsAtOnce = 1 << 16;
-  PointTerm term;
-  const auto is_measured = [&](int v) { return measured.empty() || measured[v] != 0; };
-  // A vertex stands for those of the finest level around it.
-  const auto of_domain =
-      static_cast<float>(std::ldexp(domain_weight, 2 * (refinement.max_level() - to)));
-  term.diagonal.resize(level.vertex_count());
-  for (int v = 0; v < level.vertex_count(); ++v) {
-    term.diagonal[v] = is_measured(v) ? of_domain : 0.0f;
+PointTerm NoPoints(const PlateLevel& level) {
+  return {std::vector<float>(level.vertex_count(), 0.0f),
+          std::vector<float>(level.neighbor.size(), 0.0f),
+          std::vector<float>(level.vertex_count(), 0.0f)};
+}
+
+// Adds to entry (row, column) of the matrix.
+void AddTo(const PlateLevel& level, int row, int column, float value, PointTerm* term) {
+  if (row == column) {
+    term->diagonal[row] += value;
+    return;
   }
-  term.slot.assign(level.neighbor.size(), 0.0f);
-  term.right_side.assign(level.vertex_count(), 0.0f);
+  for (uint32_t s = level.begin[row]; s < level.begin[row + 1]; ++s) {
+    if (level.neighbor[s] == column) term->slot[s] += value;
+  }
+}
+
+// On the finest level.
+PointTerm TermOf(const PlateLevel& level, const std::vector<PointFoot>& feet,
+                 const std::vector<float>& weights, const std::vector<uint8_t>& measured,
+                 const RunContext& context) {
+  constexpr size_t kPointsAtOnce = 1 << 16;
+  PointTerm term = NoPoints(level);
+  const auto is_measured = [&](int v) { return measured.empty() || measured[v] != 0; };
   for (size_t i = 0; i < feet.size(); ++i) {
     if (i % kPointsAtOnce == 0 && !context.CheckStop().ok()) return term;
-    if (!feet[i].found() ||
-        !std::any_of(std::begin(feet[i].corner), std::end(feet[i].corner), is_measured)) {
+    const PointFoot& foot = feet[i];
+    if (!foot.found() ||
+        !std::any_of(std::begin(foot.corner), std::end(foot.corner), is_measured)) {
       continue;
     }
-    const CoarseFoot foot(feet[i], refinement, to);
     for (int a = 0; a < 3; ++a) {
-      const int v = foot.corner()[a];
-      if (v < 0) continue;
-      const double weight = weights[i] * foot.weight()[a];
-      term.right_side[v] += static_cast<float>(weight * feet[i].offset);
-      term.diagonal[v] += static_cast<float>(weight * foot.weight()[a]);
-      for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
-        for (int b = 0; b < 3; ++b) {
-          if (b != a && foot.corner()[b] == level.neighbor[s]) {
-            term.slot[s] += static_cast<float>(weight * foot.weight()[b]);
-          }
+      const double weight = weights[i] * foot.weight[a];
+      term.right_side[foot.corner[a]] += static_cast<float>(weight * foot.offset);
+      for (int b = 0; b < 3; ++b) {
+        AddTo(level, foot.corner[a], foot.corner[b], static_cast<float>(weight * foot.weight[b]),
+              &term);
+      }
+    }
+  }
+  return term;
+}
+
+// What the heights of level `to` say, prolonged to the next one: with Prolong() as P, and the next
+// level's term A and b, P^T A P and P^T b (the Galerkin operator of Briggs, Henson and McCormick, A
+// Multigrid Tutorial).
+PointTerm Coarser(const LoopRefinement& refinement, int to, const PlateLevel& level,
+                  const PlateLevel& next_level, const PointTerm& next) {
+  const MeshTopology& topology = refinement.levels[to];
+  PointTerm term = NoPoints(level);
+  const auto ends_of = [&topology](int v) -> std::array<int, 2> {
+    if (v < topology.vertex_count) return {v, v};
+    const auto ends = topology.edge_vertices.col(v - topology.vertex_count);
+    return {ends[0], ends[1]};
+  };
+  for (int v = 0; v < next_level.vertex_count(); ++v) {
+    const std::array<int, 2> own = ends_of(v);
+    for (const int row : own) {
+      term.right_side[row] += 0.5f * next.right_side[v];
+      for (const int column : own) AddTo(level, row, column, 0.25f * next.diagonal[v], &term);
+    }
+    for (uint32_t s = next_level.begin[v]; s < next_level.begin[v + 1]; ++s) {
+      if (next.slot[s] == 0) continue;
+      for (const int row : own) {
+        for (const int column : ends_of(next_level.neighbor[s])) {
+          AddTo(level, row, column, 0.25f * next.slot[s], &term);
         }
       }
     }
@@ -153,14 +185,20 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
     const LoopRefinement& refinement, const std::vector<PlateLevel>& levels, int first,
     const std::vector<PointFoot>& feet, const std::vector<float>& weights, double domain_weight,
     const std::vector<uint8_t>& measured, const RunContext& context) {
+  const int finest = refinement.max_level();
   std::vector<PointTerm> terms(levels.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(levels.size()) - first, 1, context, [&](int64_t begin, int64_t end) {
-        for (int64_t l = begin + first; l < end + first; ++l) {
-          terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights,
-                              domain_weight, measured, context);
-        }
-      }));
+  terms[finest] = TermOf(levels[finest], feet, weights, measured, context);
+  for (int l = finest - 1; l >= first; --l) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    terms[l] = Coarser(refinement, l, levels[l], levels[l + 1], terms[l + 1]);
+  }
+  for (int l = first; l <= finest; ++l) {
+    // A vertex stands for those of the finest level around it.
+    const auto of_domain = static_cast<float>(std::ldexp(domain_weight, 2 * (finest - l)));
+    for (int v = 0; v < levels[l].vertex_count(); ++v) {
+      if (measured.empty() || measured[v] != 0) terms[l].diagonal[v] += of_domain;
+    }
+  }
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   return terms;
 }

@@ -1,6 +1,7 @@
 #include "core/scan/clean/find_foliage.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/base/ablation.h"
@@ -83,6 +84,22 @@ std::vector<uint8_t> RingsAround(const NeighborGraph& graph, const std::vector<u
   return rings;
 }
 
+// The patch of a point whose neighbours have these, one ring wider.
+PatchMoments Widened(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                     const std::vector<PatchMoments>& patches, int64_t point) {
+  PatchSum sum;
+  sum.Add(patches[point], Eigen::Vector3d::Zero());
+  for (const int j : graph.neighbors(static_cast<int>(point))) {
+    sum.Add(patches[j], points.col(j) - points.col(point));
+  }
+  return sum.Mean();
+}
+
+bool IsVolume(const PatchMoments& patch) {
+  const PatchPlane plane = FitPlane(patch);
+  return plane.thickness > kVolume * kVolume * plane.spread;
+}
+
 // Which of the marked points lie in a volume of points, both near and far around them.
 absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
                                                const NeighborGraph& graph,
@@ -94,15 +111,9 @@ absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
   for (int ring = 1; ring <= kVolumeRings; ++ring) {
     RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
       if (rings[i] < ring) return;
-      PatchSum sum;
-      sum.Add(patches[i], Eigen::Vector3d::Zero());
-      for (const int j : graph.neighbors(static_cast<int>(i))) {
-        sum.Add(patches[j], cloud.points.col(j) - cloud.points.col(i));
-      }
-      wider[i] = sum.Mean();
+      wider[i] = Widened(cloud.points, graph, patches, i);
       if (!in_volume[i] || (ring != kRings && ring != kVolumeRings)) return;
-      const PatchPlane plane = FitPlane(wider[i]);
-      in_volume[i] = plane.thickness > kVolume * kVolume * plane.spread;
+      in_volume[i] = IsVolume(wider[i]);
     }));
     patches.swap(wider);
   }
@@ -135,10 +146,26 @@ absl::Status RemoveDetails(const NeighborGraph& graph, const std::vector<uint8_t
 
 }  // namespace
 
+absl::StatusOr<bool> MayHoldFoliage(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                                    const RunContext& context) {
+  if (IsLeftOut(Mechanism::kFoliage)) return false;
+  std::vector<PatchMoments> patches(static_cast<size_t>(graph.size())), wider(patches.size());
+  for (int ring = 0; ring < kRings; ++ring) {
+    RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
+      wider[i] = Widened(points, graph, patches, i);
+    }));
+    patches.swap(wider);
+  }
+  std::atomic<int64_t> in_volume = 0;
+  RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
+    if (IsVolume(patches[i])) ++in_volume;
+  }));
+  return in_volume >= kFewestLeaves;
+}
+
 absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
                                                  const NeighborGraph& graph,
                                                  const RunContext& context) {
-  if (IsLeftOut(Mechanism::kFoliage)) return std::vector<uint8_t>();
   const int64_t count = graph.size();
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> share, FarOff(cloud, graph, context));
   std::vector<float> around(share.size());

@@ -1,6 +1,7 @@
 // Points that fill a volume, as leaves do.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -10,6 +11,11 @@
 #include "core/points/oriented_cloud.h"
 
 namespace rilievo {
+
+// Whether so many points lie in a volume of points near them that FindFoliage() may find any. Takes
+// a part of its time, and no normals.
+absl::StatusOr<bool> MayHoldFoliage(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                                    const RunContext& context);
 
 // By point, whether it is one of leaves, twigs or clutter that no surface explains; empty: none is.
 // A third of the points around it, two rings far, lie off their neighbours by a good part of the

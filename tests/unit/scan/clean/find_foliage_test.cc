@@ -42,6 +42,23 @@ TEST(FindFoliageTest, LeavesStayWhereNothingIsToBeLeftOut) {
   EXPECT_EQ(AnalyzeScan(checked, options, RunContext{})->figures.foliage_points, 0);
 }
 
+bool MayHoldLeaves(const PointCloud& cloud) {
+  const CheckedScan checked = CheckScan(cloud, CheckOptions{}, RunContext{}).value();
+  const ScanNeighbors found = FindNeighbors(checked, ScanOptions{}, RunContext{}).value();
+  return MayHoldFoliage(found.points, found.graph, RunContext{}).value();
+}
+
+TEST(FindFoliageTest, NormalsAreNotAskedForWhereNothingFillsAVolume) {
+  EXPECT_TRUE(MayHoldLeaves(ScanScene(MakeGarden(), {.points = 10000})->cloud));
+  PointCloud sphere;
+  sphere.points.resize(3, 10000);
+  Random random(1);
+  for (auto point : sphere.points.colwise()) {
+    point = Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+  }
+  EXPECT_FALSE(MayHoldLeaves(sphere));
+}
+
 int64_t FoliageOf(const PointCloud& cloud) {
   const CheckedScan checked = CheckScan(cloud, CheckOptions{}, RunContext{}).value();
   return AnalyzeScan(checked, ScanOptions{}, RunContext{})->figures.foliage_points;
