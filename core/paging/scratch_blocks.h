@@ -1,4 +1,4 @@
-// Blocks of bytes on disk that may be written anew, each with a checksum.
+// Blocks of bytes on disk that may be written anew, each behind its length and a checksum.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace rilievo {
 // 8 bytes of memory per block.
 class ScratchBlocks {
  public:
-  // `block_bytes`: room for each. `name`: of the file, where it has one. The errors of ScratchFile,
-  // and of CheckRoom() for all blocks.
+  // `block_bytes`: room for each. `name`: of the file, where it has one; what an earlier run has
+  // written to it is there. The errors of ScratchFile, and of CheckRoom() for all blocks.
   static absl::StatusOr<ScratchBlocks> Create(const ScratchFolder& folder, const std::string& name,
                                               int count, int64_t block_bytes);
 
@@ -25,9 +25,7 @@ class ScratchBlocks {
   absl::Status Write(int block, std::span<const uint8_t> bytes);
   // Empty where it has not been written. DATA_LOSS when it is not what was written.
   absl::StatusOr<std::vector<uint8_t>> Read(int block) const;
-  // Takes over so many bytes as they are there; zeros where nothing was ever written.
-  absl::StatusOr<std::vector<uint8_t>> Adopt(int block, size_t bytes);
-  // As after Create().
+  // As if none were written.
   void Forget() { blocks_.assign(blocks_.size(), {}); }
 
  private:
@@ -37,6 +35,9 @@ class ScratchBlocks {
   };
   ScratchBlocks(ScratchFile file, int count, int64_t block_bytes)
       : file_(std::move(file)), block_bytes_(block_bytes), blocks_(static_cast<size_t>(count)) {}
+  int64_t PlaceOf(int block) const {
+    return block * (block_bytes_ + static_cast<int64_t>(sizeof(Block)));
+  }
 
   ScratchFile file_;
   int64_t block_bytes_;

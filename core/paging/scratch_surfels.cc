@@ -7,7 +7,6 @@
 #include <type_traits>
 
 #include "core/base/status_macros.h"
-#include "core/codec/bytes/crc32c.h"
 
 namespace rilievo {
 
@@ -35,32 +34,29 @@ absl::StatusOr<ScratchSurfels> ScratchSurfels::Create(const PagedScan& scan) {
   return ScratchSurfels(std::move(blocks), scan.size());
 }
 
-absl::StatusOr<uint64_t> ScratchSurfels::Write(int page, const std::vector<Surfel>& surfels) {
-  const std::span<const uint8_t> bytes = BytesOf(surfels);
-  RILIEVO_RETURN_IF_ERROR(blocks_.Write(page, bytes));
-  return Crc32c(bytes);
+absl::Status ScratchSurfels::Write(int page, const std::vector<Surfel>& surfels) {
+  return blocks_.Write(page, BytesOf(surfels));
 }
 
-absl::StatusOr<std::set<int>> ScratchSurfels::Adopt(const std::map<int, uint64_t>& sums) {
-  std::set<int> there;
-  for (const auto& [page, sum] : sums) {
-    if (page < 0 || page >= blocks_.count()) continue;
-    std::vector<Surfel> surfels(static_cast<size_t>(PointsOfPage(page, size_)));
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
-                             blocks_.Adopt(page, surfels.size() * sizeof(Surfel)));
-    std::memcpy(surfels.data(), bytes.data(), bytes.size());
-    // A checksum does not tell who wrote the bytes.
-    if (Crc32c(bytes) == sum && std::all_of(surfels.begin(), surfels.end(), IsPossible)) {
-      there.insert(page);
-    }
-  }
-  return there;
+bool ScratchSurfels::Has(int page) const {
+  const absl::StatusOr<std::vector<uint8_t>> bytes = blocks_.Read(page);
+  const std::vector<Surfel> surfels = bytes.ok() ? SurfelsIn(*bytes, page) : std::vector<Surfel>();
+  // A checksum does not tell who wrote the bytes.
+  return !surfels.empty() && std::all_of(surfels.begin(), surfels.end(), IsPossible);
 }
 
 absl::StatusOr<std::vector<Surfel>> ScratchSurfels::Read(int page) const {
-  std::vector<Surfel> surfels(static_cast<size_t>(PointsOfPage(page, size_)));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, blocks_.Read(page));
-  if (!bytes.empty()) std::memcpy(surfels.data(), bytes.data(), bytes.size());
+  std::vector<Surfel> surfels = SurfelsIn(bytes, page);
+  surfels.resize(static_cast<size_t>(PointsOfPage(page, size_)));
+  return surfels;
+}
+
+// None where they are not those of so many points.
+std::vector<Surfel> ScratchSurfels::SurfelsIn(const std::vector<uint8_t>& bytes, int page) const {
+  std::vector<Surfel> surfels(static_cast<size_t>(PointsOfPage(page, size_)));
+  if (bytes.size() != surfels.size() * sizeof(Surfel)) return {};
+  std::memcpy(surfels.data(), bytes.data(), bytes.size());
   return surfels;
 }
 

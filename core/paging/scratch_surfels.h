@@ -3,8 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -33,15 +31,16 @@ class ScratchSurfels {
   // The errors of ScratchBlocks.
   static absl::StatusOr<ScratchSurfels> Create(const PagedScan& scan);
 
-  // All of a page; a checksum of them.
-  absl::StatusOr<uint64_t> Write(int page, const std::vector<Surfel>& surfels);
-  // Takes over what an earlier run has left in the folder. `sums`: by page, what Write() has told.
-  // The pages whose surfels are there as they were.
-  absl::StatusOr<std::set<int>> Adopt(const std::map<int, uint64_t>& sums);
+  // All of a page.
+  absl::Status Write(int page, const std::vector<Surfel>& surfels);
+  // Whether those of a page are there as they were written, maybe by an earlier run.
+  bool Has(int page) const;
   absl::StatusOr<std::vector<Surfel>> Read(int page) const;
 
  private:
   ScratchSurfels(ScratchBlocks blocks, int64_t size) : blocks_(std::move(blocks)), size_(size) {}
+
+  std::vector<Surfel> SurfelsIn(const std::vector<uint8_t>& bytes, int page) const;
 
   ScratchBlocks blocks_;
   int64_t size_;

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <set>
 #include <utility>
 #include <vector>
 
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/saved_value.h"
-#include "core/paging/part_journal.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/pipeline/page_runs.h"
 
@@ -107,12 +105,10 @@ absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurf
   const PageRuns cutter(scan, halo);
   const std::vector<PageRun> runs = cutter.Cut(part_points);
   RILIEVO_ASSIGN_OR_RETURN(ScratchSurfels surfels, ScratchSurfels::Create(scan));
-  RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(scan.scratch_folder(), "known"));
-  RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, surfels.Adopt(journal.finished()));
   PartsOfStep parts{.step = PartStep::kSurfels, .count = static_cast<int>(runs.size())};
   parts.is_there = [&](int part) {
     for (int page = runs[part].begin; page < runs[part].end; ++page) {
-      if (there.count(page) == 0) return false;
+      if (!surfels.Has(page)) return false;
     }
     return true;
   };
@@ -140,9 +136,7 @@ absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurf
     for (int page = pages.begin; page < pages.end; ++page) {
       const auto begin = next;
       next += static_cast<std::ptrdiff_t>(PointsOfPage(page, scan.size()));
-      RILIEVO_ASSIGN_OR_RETURN(const uint64_t sum,
-                               surfels.Write(page, std::vector<Surfel>(begin, next)));
-      RILIEVO_RETURN_IF_ERROR(journal.Add(page, sum));
+      RILIEVO_RETURN_IF_ERROR(surfels.Write(page, std::vector<Surfel>(begin, next)));
     }
     ReleaseToOsAfter(scan.size());
     return absl::OkStatus();

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
-#include "core/paging/part_journal.h"
 
 namespace rilievo {
 namespace {
@@ -86,20 +84,6 @@ absl::StatusOr<HeightsOfPart> MeasureFaces(const Part& part, const OrientedCloud
   return HeightsOf(part, FaceVertices(refinement.levels.front(), level), field);
 }
 
-// Parts that an earlier run has finished, and whose heights are as they were.
-std::set<int> PartsThatAreThere(const PartJournal& journal, const std::vector<FacePart>& parts,
-                                const ScratchHeights& heights) {
-  std::set<int> there;
-  for (const auto& [part, sum] : journal.finished()) {
-    if (part < 0 || static_cast<size_t>(part) >= parts.size()) continue;
-    const std::vector<int>& faces = parts[static_cast<size_t>(part)].faces;
-    if (std::all_of(faces.begin(), faces.end(), [&](int face) { return heights.Has(face); })) {
-      there.insert(part);
-    }
-  }
-  return there;
-}
-
 }  // namespace
 
 absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
@@ -108,11 +92,11 @@ absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
   RILIEVO_ASSIGN_OR_RETURN(
       ScratchHeights heights,
       ScratchHeights::Create(points.scan.scratch_folder(), cutter.topology(), level));
-  RILIEVO_ASSIGN_OR_RETURN(PartJournal journal,
-                           PartJournal::Open(points.scan.scratch_folder(), "parts"));
-  const std::set<int> there = PartsThatAreThere(journal, parts.parts(), heights);
   PartsOfStep of_step{.step = PartStep::kHeights, .count = static_cast<int>(parts.parts().size())};
-  of_step.is_there = [&](int part) { return there.count(part) != 0; };
+  of_step.is_there = [&](int part) {
+    const std::vector<int>& faces = parts.parts()[part].faces;
+    return std::all_of(faces.begin(), faces.end(), [&](int face) { return heights.Has(face); });
+  };
   of_step.make = [&](int number, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     const FacePart& face_part = parts.parts()[number];
     RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud, CloudIn(face_part.box, points, own));
@@ -140,7 +124,6 @@ absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
           heights.Write(faces[f], {found.heights.begin() + at, found.heights.begin() + end},
                         {found.sources.begin() + at, found.sources.begin() + end}));
     }
-    RILIEVO_RETURN_IF_ERROR(journal.Add(number, 0));
     ReleaseToOsAfter(points.scan.size());
     return absl::OkStatus();
   };

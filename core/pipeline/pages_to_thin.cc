@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <set>
 #include <span>
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/codec/bytes/crc32c.h"
-#include "core/paging/part_journal.h"
 #include "core/paging/scratch_blocks.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/scan/clean/check_scan.h"
@@ -72,19 +69,6 @@ absl::StatusOr<std::vector<uint8_t>> LeftOutOfRun(Eigen::Matrix3Xd run, const Ch
   return left_out;
 }
 
-// The parts that an earlier run has left in the folder as they were.
-absl::StatusOr<std::set<int>> Adopt(const PagedScan& pages, const PartJournal& journal,
-                                    ScratchBlocks* blocks) {
-  std::set<int> there;
-  for (const auto& [part, sum] : journal.finished()) {
-    if (part < 0 || part >= blocks->count()) continue;
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
-                             blocks->Adopt(part, LookedAt(pages, part, blocks->count()).bytes()));
-    if (Crc32c(bytes) == sum) there.insert(part);
-  }
-  return there;
-}
-
 }  // namespace
 
 absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
@@ -95,15 +79,15 @@ absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
   ScanOptions of_run = options.scan;
   // A run may cut a small piece off a large one.
   if (runs > 1) of_run.outliers.min_component_share = 0;
-  const ScratchFolder& folder = pages.scratch_folder();
-  RILIEVO_ASSIGN_OR_RETURN(
-      ScratchBlocks blocks,
-      ScratchBlocks::Create(folder, "left-out", runs, kPagesOfRun * kPagePoints / 8));
-  RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(folder, "looked-at"));
-  RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, Adopt(pages, journal, &blocks));
+  RILIEVO_ASSIGN_OR_RETURN(ScratchBlocks blocks,
+                           ScratchBlocks::Create(pages.scratch_folder(), "left-out", runs,
+                                                 kPagesOfRun * kPagePoints / 8));
   // A run does not get smaller with the parts that are asked for: two at once would not fit.
   PartsOfStep parts{.step = PartStep::kLeftOut, .count = runs, .at_once = 1};
-  parts.is_there = [&](int part) { return there.contains(part); };
+  parts.is_there = [&](int part) {
+    const absl::StatusOr<std::vector<uint8_t>> bytes = blocks.Read(part);
+    return bytes.ok() && bytes->size() == LookedAt(pages, part, runs).bytes();
+  };
   parts.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     const LookedAt at(pages, part, runs);
     RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, at.begin, at.end, own));
@@ -113,8 +97,7 @@ absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
     if (bytes.size() != LookedAt(pages, part, runs).bytes()) {
       return NotOfPart(PartStep::kLeftOut, part);
     }
-    RILIEVO_RETURN_IF_ERROR(blocks.Write(part, bytes));
-    return journal.Add(part, Crc32c(bytes));
+    return blocks.Write(part, bytes);
   };
   RILIEVO_RETURN_IF_ERROR(RunParts(parts, run, context));
   std::vector<bool> is_left_out(static_cast<size_t>(pages.size()), false);

@@ -122,7 +122,7 @@ struct PartSizes {
 };
 
 // Files that a scan and its parts have in a scratch folder, at most.
-inline constexpr int kFilesOfParts = 10;
+inline constexpr int kFilesOfParts = 7;
 
 // A scan on disk as a surface, in memory that hardly grows with the points (for each two thirds of
 // a byte, where its pages lie, and one bit, whether it is left out), and not with the surface:

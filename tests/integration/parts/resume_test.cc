@@ -12,9 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "core/codec/bytes/crc32c.h"
-#include "core/paging/part_journal.h"
 #include "core/paging/scan_pager.h"
+#include "core/paging/scratch_blocks.h"
 #include "core/paging/scratch_folder.h"
 #include "core/pipeline/reconstruct.h"
 #include "tests/scans/analytic_shape.h"
@@ -142,11 +141,11 @@ TEST_F(ResumeTest, WhatWasLeftOutIsNotLookedForAgain) {
   const std::vector<uint8_t> found((12000 + 7) / 8, 0x22);
   {
     const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
-    PartJournal journal = PartJournal::Open(scratch.folder(), "looked-at").value();
-    ASSERT_TRUE(journal.Add(0, Crc32c(found)).ok());
+    ScratchBlocks blocks =
+        ScratchBlocks::Create(scratch.folder(), "left-out", 1, 64 * kPagePoints / 8).value();
+    EXPECT_EQ(blocks.Read(0)->size(), found.size());
+    ASSERT_TRUE(blocks.Write(0, found).ok());
   }
-  std::fstream(FileOfRun("left-out"), std::ios::in | std::ios::out | std::ios::binary)
-      .write(reinterpret_cast<const char*>(found.data()), found.size());
   EXPECT_NE(Run(), expected) << "every fourth point is left out";
 }
 
@@ -157,8 +156,6 @@ TEST_F(ResumeTest, WhatDoesNotFitIsDoneAgainWhateverItsChecksum) {
   {
     const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
     const ScratchFolder& folder = scratch.folder();
-    PartJournal journal = PartJournal::Open(folder, "parts").value();
-    for (const int part : {1'000'000, -1'000'000}) ASSERT_TRUE(journal.Add(part, 0).ok());
     std::vector<uint8_t> coarse = folder.Load("coarse").value();
     // It ends with level, heights and sources, the latter two behind their number.
     int64_t found = 0;

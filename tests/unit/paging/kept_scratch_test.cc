@@ -7,14 +7,11 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "core/codec/bytes/saved_value.h"
-#include "core/paging/part_journal.h"
 #include "core/paging/scan_pager.h"
 #include "core/paging/scratch_blocks.h"
 #include "core/paging/scratch_file.h"
@@ -89,7 +86,7 @@ TEST_F(KeptScratchTest, FilesOfARunAreNoLinks) {
     EXPECT_TRUE(IsOfScratchFolder(status));
   };
   fs::create_symlink(other, folder + "/parts");
-  is_refused(PartJournal::Open(scratch.folder(), "parts").status());
+  is_refused(ScratchBlocks::Create(scratch.folder(), "parts", 1, 8).status());
   fs::create_symlink(other, folder + "/x.new");
   is_refused(scratch.folder().Save("x", Bytes{1}));
   fs::create_symlink(other, folder + "/y");
@@ -166,19 +163,25 @@ TEST_F(KeptScratchTest, CellsOfOtherPointsAreNotBelieved) {
   EXPECT_THAT(status.message(), ::testing::HasSubstr(scratch.folder().path()));
 }
 
-TEST_F(KeptScratchTest, JournalEndsWhereItIsDamaged) {
+TEST_F(KeptScratchTest, BlocksAreThereAsAnEarlierRunHasWrittenThem) {
   const KeptScratch scratch = Open();
+  const auto open = [&](int count) {
+    return ScratchBlocks::Create(scratch.folder(), "blocks", count, 8).value();
+  };
   {
-    PartJournal journal = PartJournal::Open(scratch.folder(), "parts").value();
-    for (int part = 0; part < 4; ++part) ASSERT_TRUE(journal.Add(part, 10 + part).ok());
+    ScratchBlocks blocks = open(4);
+    ASSERT_TRUE(blocks.Write(0, Bytes{1, 2, 3}).ok());
+    ASSERT_TRUE(blocks.Write(2, Bytes{4}).ok());
+    ASSERT_TRUE(blocks.Write(3, Bytes(8, 5)).ok());
   }
-  EXPECT_EQ(PartJournal::Open(scratch.folder(), "parts")->finished().size(), 4u);
-  Damage(scratch, "parts", 2 * 16 + 3);
-  PartJournal journal = PartJournal::Open(scratch.folder(), "parts").value();
-  EXPECT_EQ(journal.finished(), (std::map<int, uint64_t>{{0, 10}, {1, 11}}));
-  ASSERT_TRUE(journal.Add(3, 13).ok());
-  EXPECT_EQ(PartJournal::Open(scratch.folder(), "parts")->finished(),
-            (std::map<int, uint64_t>{{0, 10}, {1, 11}, {3, 13}}));
+  Damage(scratch, "blocks", 2 * 16 + 8);
+  Damage(scratch, "blocks", 3 * 16 + 3);  // a length beyond the room
+  const ScratchBlocks blocks = open(4);
+  EXPECT_EQ(blocks.Read(0).value(), (Bytes{1, 2, 3}));
+  EXPECT_TRUE(blocks.Read(1)->empty());
+  EXPECT_EQ(blocks.Read(2).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_TRUE(blocks.Read(3)->empty());
+  EXPECT_TRUE(open(5).Read(0)->empty()) << "of another number of blocks";
 }
 
 TEST_F(KeptScratchTest, PagesWhoseSurfelsAreDamagedAreNotThere) {
@@ -186,27 +189,26 @@ TEST_F(KeptScratchTest, PagesWhoseSurfelsAreDamagedAreNotThere) {
   ScanPager pager = ScanPager::Create(scratch.folder()).value();
   ASSERT_TRUE(pager.Add(SphereCloud(9000, 3).cloud.points).ok());
   const PagedScan scan = pager.Finish(RunContext{}).value();
-  std::map<int, uint64_t> sums = {{-1, 0}, {3, 0}};
   {
     ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
+    EXPECT_FALSE(surfels.Has(0));
     for (const int page : {0, 1}) {
       const Surfel surfel{{0, 0, 1}, 0.5f, 0.1f};
-      sums[page] = surfels.Write(page, std::vector<Surfel>(kPagePoints, surfel)).value();
+      ASSERT_TRUE(surfels.Write(page, std::vector<Surfel>(kPagePoints, surfel)).ok());
     }
     // Nobody has made such a one.
     const float endless = std::numeric_limits<float>::infinity();
     const Surfel impossible{{0, 0, 1}, endless, 0.1f};
-    sums[2] = surfels.Write(2, std::vector<Surfel>(9000 - 2 * kPagePoints, impossible)).value();
+    ASSERT_TRUE(surfels.Write(2, std::vector<Surfel>(9000 - 2 * kPagePoints, impossible)).ok());
   }
-  const auto adopt = [&](ScratchSurfels* surfels) { return surfels->Adopt(sums).value(); };
-  {
-    ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
-    EXPECT_EQ(adopt(&surfels), (std::set<int>{0, 1}));
-    EXPECT_EQ(surfels.Read(1).value()[5000 % kPagePoints].spacing, 0.5f);
-  }
+  const auto there = [&] {
+    const ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
+    return std::vector<bool>{surfels.Has(0), surfels.Has(1), surfels.Has(2)};
+  };
+  EXPECT_EQ(there(), (std::vector<bool>{true, true, false}));
+  EXPECT_EQ(ScratchSurfels::Create(scan)->Read(1).value()[5000 % kPagePoints].spacing, 0.5f);
   Damage(scratch, "surfels", 5001 * 20 + 13);
-  ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
-  EXPECT_EQ(adopt(&surfels), (std::set<int>{0}));
+  EXPECT_EQ(there(), (std::vector<bool>{true, false, false}));
 }
 
 TEST(SavedValue, ComesBackUnlessBytesAreMissing) {

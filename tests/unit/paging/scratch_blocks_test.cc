@@ -29,7 +29,7 @@ TEST(ScratchBlocks, HoldWhatWasWrittenLast) {
 TEST(ScratchBlocks, NameADamagedOne) {
   ScratchBlocks blocks = ScratchBlocks::Create(::testing::TempDir(), "", 3, 8).value();
   ASSERT_TRUE(blocks.Write(1, std::vector<uint8_t>(8, 7)).ok());
-  ASSERT_TRUE(DamageScratchFile(8 + 5));
+  ASSERT_TRUE(DamageScratchFile(16 + 8 + 5));
   const absl::Status status = blocks.Read(1).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(status.message(), ::testing::HasSubstr("block 1 of 3"));
