@@ -24,6 +24,9 @@
 namespace rilievo {
 namespace {
 
+// What a part of a pass over the blocks holds of them: several, where that leaves some parts.
+constexpr int kFewParts = 10, kMostItemsOfPart = 4;
+
 using FaceLists = std::vector<std::vector<int>>;
 
 // Compact parts of the control faces, each with about block.vertices of the finest level or with
@@ -60,6 +63,14 @@ std::vector<int> AllFaces(int64_t count) {
   std::vector<int> faces(static_cast<size_t>(count));
   std::iota(faces.begin(), faces.end(), 0);
   return faces;
+}
+
+template <typename Archive, typename Error>
+void VisitUncoded(Archive& archive, Error& uncoded) {
+  archive(uncoded.spacing);
+  archive(uncoded.noise);
+  archive(uncoded.measured);
+  archive(uncoded.error);
 }
 
 template <typename Archive, typename Part>
@@ -103,13 +114,12 @@ class StoredCoding {
   absl::Status Code(const ThinnedPoints& thinned, double position_step,
                     CodedStoredSurface* coded) const {
     const std::optional<double> limit = options_.encode.max_error;
-    Uncoded before{{}, surface_.source_counts};
+    UncodedError& uncoded = coded->uncoded;
     const auto find = [&]() -> absl::Status {
-      RILIEVO_ASSIGN_OR_RETURN(before.error, ErrorBefore(thinned));
+      RILIEVO_ASSIGN_OR_RETURN(uncoded, ErrorBefore(thinned));
       return absl::OkStatus();
     };
-    RILIEVO_RETURN_IF_ERROR(FindUncoded(find, &before));
-    const UncodedError& uncoded = coded->uncoded = before.error;
+    RILIEVO_RETURN_IF_ERROR(FindUncoded(find, &uncoded));
     const auto encode = [&](std::optional<double> error) {
       return Encode(coded->metadata, position_step, error);
     };
@@ -130,15 +140,13 @@ class StoredCoding {
   // Codes blocks for the process that leads.
   absl::Status Help(double position_step) const {
     if (!IsShared()) return absl::OkStatus();
-    Uncoded found;
+    UncodedError uncoded;
     RILIEVO_RETURN_IF_ERROR(
-        FindUncoded([] { return absl::InternalError("one who helps was to lead"); }, &found));
-    StoredSurface surface = surface_;
-    surface.source_counts = found.source_counts;
+        FindUncoded([] { return absl::InternalError("one who helps was to lead"); }, &uncoded));
     return HelpToEncodeDssBlocks(
-        surface, cutter_,
-        EncodeOptionsFor(position_step, CodingErrorFor(options_.encode, found.error)),
-        block_.vertices, context_, Gathering());
+        surface_, cutter_,
+        EncodeOptionsFor(position_step, CodingErrorFor(options_.encode, uncoded)), block_.vertices,
+        context_, Gathering());
   }
 
   // Whether they are of this surface, and where it is measured by parts in groups. A surface that
@@ -171,11 +179,6 @@ class StoredCoding {
 
  private:
   // Before the heights are coded.
-  struct Uncoded {
-    UncodedError error;
-    std::array<int64_t, 3> source_counts{};  // vertices of each HeightSource
-  };
-
   absl::StatusOr<UncodedError> ErrorBefore(const ThinnedPoints& thinned) const {
     UncodedError uncoded{thinned.median_spacing, thinned.median_noise, options_.measure, {}};
     if (!options_.measure) return uncoded;
@@ -190,38 +193,57 @@ class StoredCoding {
     return uncoded;
   }
 
-  // `found` is what `find` puts there, or the process that leads has found.
+  // `uncoded` is what `find` puts there, or the process that leads has found.
   template <typename Find>
-  absl::Status FindUncoded(const Find& find, Uncoded* found) const {
+  absl::Status FindUncoded(const Find& find, UncodedError* uncoded) const {
     if (!IsShared()) return find();
     PartsOfStep step{.step = PartStep::kUncoded, .count = 1};
     step.make = [&](int /*part*/,
                     const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
       RILIEVO_RETURN_IF_ERROR(find());
       ValueWriter writer;
-      writer(*found);
+      VisitUncoded(writer, *uncoded);
       return std::move(writer.bytes);
     };
-    step.take = [found](int part, std::span<const uint8_t> bytes) {
+    step.take = [uncoded](int part, std::span<const uint8_t> bytes) {
       ValueReader reader(bytes);
-      reader(*found);
+      VisitUncoded(reader, *uncoded);
       return reader.Finished() ? absl::OkStatus() : NotOfPart(PartStep::kUncoded, part);
     };
     return RunParts(step, {[](double /*share*/) {}, shared_}, context_);
   }
 
-  // Each call is a pass of its own.
+  // Each call is a pass of its own. A part of it is of several blocks, for most of what codes one is
+  // done by one thread.
   GatherBytes Gathering() const {
     if (!IsShared()) return {};
     return [this, pass = 0](int count, const MakeBytes& make, const RunContext& context) mutable
            -> absl::StatusOr<std::vector<std::vector<uint8_t>>> {
       if (pass == kMostPasses) return absl::InternalError("coding takes too many passes");
+      const int items = std::clamp(count / kFewParts, 1, kMostItemsOfPart);
       std::vector<std::vector<uint8_t>> all(static_cast<size_t>(count));
       PartsOfStep step{.step = PartStep{static_cast<int>(PartStep::kBlocks) + pass++},
-                       .count = count};
-      step.make = make;
-      step.take = [&all](int part, std::span<const uint8_t> bytes) {
-        all[static_cast<size_t>(part)].assign(bytes.begin(), bytes.end());
+                       .count = (count + items - 1) / items};
+      const auto items_of = [count, items](int part) {
+        return std::min(items, count - part * items);
+      };
+      step.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
+        const auto make_item = [&](int i, const RunContext& one_thread) {
+          return make(part * items + i, one_thread);
+        };
+        RILIEVO_ASSIGN_OR_RETURN(const auto made, MakeSeveral(items_of(part), make_item, own));
+        ValueWriter writer;
+        writer(made);
+        return std::move(writer.bytes);
+      };
+      step.take = [&](int part, std::span<const uint8_t> bytes) {
+        std::vector<std::vector<uint8_t>> made;
+        ValueReader reader(bytes);
+        reader(made);
+        if (!reader.Finished() || made.size() != static_cast<size_t>(items_of(part))) {
+          return NotOfPart(step.step, part);
+        }
+        std::move(made.begin(), made.end(), all.begin() + std::ptrdiff_t{part} * items);
         return absl::OkStatus();
       };
       RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared_}, context));
@@ -335,7 +357,7 @@ constexpr char kCodedName[] = "coded";
 
 std::vector<uint8_t> BytesOfCoded(const CodedStoredSurface& coded) {
   ValueWriter writer;
-  writer(coded.uncoded);
+  VisitUncoded(writer, coded.uncoded);
   writer(static_cast<int>(coded.encoded.chunks.size()));
   VisitEncoded(writer, coded.encoded);
   return std::move(writer.bytes);
@@ -345,7 +367,7 @@ bool ReadCoded(std::span<const uint8_t> bytes, CodedStoredSurface* coded) {
   constexpr int kMostChunks = 64;
   ValueReader reader(bytes);
   int chunks = 0;
-  reader(coded->uncoded);
+  VisitUncoded(reader, coded->uncoded);
   reader(chunks);
   coded->encoded.chunks.resize(static_cast<size_t>(std::clamp(chunks, 0, kMostChunks)));
   VisitEncoded(reader, coded->encoded);

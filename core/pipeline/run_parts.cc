@@ -89,7 +89,7 @@ absl::Status RunParts(const PartsOfStep& parts, const PartsRun& run, const RunCo
 }
 
 absl::Status NotOfPart(PartStep step, int part) {
-  return absl::DataLossError(absl::StrCat("part ", part, " of step ", static_cast<int>(step),
+  return absl::InternalError(absl::StrCat("part ", part, " of step ", static_cast<int>(step),
                                           " of the run is not what was kept of it"));
 }
 

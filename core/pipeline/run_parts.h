@@ -24,7 +24,7 @@ struct PartsOfStep {
   std::function<absl::StatusOr<std::vector<uint8_t>>(int part, const RunContext& context)> make =
       {};
   // Puts the result where this process looks for it. Called for one part at a time, in any order;
-  // must not start threads, for a lock is held. DATA_LOSS if the bytes are not of such a part.
+  // must not start threads, for a lock is held. INTERNAL if the bytes are not of such a part.
   std::function<absl::Status(int part, std::span<const uint8_t> bytes)> take = {};
   // Whether an earlier run of this process has left it there; empty: none has.
   std::function<bool(int part)> is_there = {};

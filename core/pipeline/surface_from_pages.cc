@@ -114,6 +114,7 @@ absl::Status HelpFromPages(const PagedScan& pages, const PartSizes& sizes, Share
       MeasurePages(pages, sizes, coarse->scan, coarse->sampled.surface, cutter, coarse->options,
                    shared, context, &coarse->sampled.domain, &stored));
   stored.heights = &measured.heights;
+  stored.source_counts = measured.heights.source_counts();
   { const ScanSurface spent = std::move(coarse->scan); }
   const Grouping grouping(stored, cutter, sizes, coarse->options);
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,

@@ -240,6 +240,7 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
 absl::StatusOr<std::vector<uint8_t>> FindKept(ScanNeighbors scan, const ScanOptions& options,
                                               const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
+  if (options.outliers.distance_factor == 0) return std::move(scan.keep);
   RILIEVO_ASSIGN_OR_RETURN(ReplacedLists replaced, SeparateScan(&scan, context));
   RILIEVO_ASSIGN_OR_RETURN(const bool looks, LooksForFoliage(scan, options, context));
   if (looks) {

@@ -19,9 +19,10 @@ constexpr int64_t kPointsOfFace = 120;
 // What comes of parts: 20 bytes of a point; heights, which are as dense as the points where no
 // level is asked for (five bytes each, those on the rims of control faces more than once); and
 // distances, four bytes of a point for each part whose reach it is in (up to two). Of a control
-// face 72 bytes of its corners, and 42 of the coarse levels each time that its heights are coded.
+// face 72 bytes of its corners, and 45 of the coarse levels each of the dozen times that its
+// heights may be coded.
 constexpr int64_t kKeptBytesOfPoint = 40, kKeptBytesOfThinnedPoint = 64,
-                  kKeptBytesOfControlFace = 200, kKeptBytesOfFace = 4;
+                  kKeptBytesOfControlFace = 600, kKeptBytesOfFace = 4;
 
 int64_t ControlFacesOf(const JobRequest& job) {
   return std::max(ExpectedControlFaces(job), job.size.points / kPointsOfFace);

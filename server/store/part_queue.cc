@@ -18,6 +18,7 @@ constexpr char kOpen[] = "worker = '' AND (result = '' OR twice > 0)";
 
 constexpr int kUncodedStep = static_cast<int>(PartStep::kUncoded);
 constexpr int kCodedStep = static_cast<int>(PartStep::kCoded);
+constexpr int kMeasuredStep = static_cast<int>(PartStep::kMeasured);
 
 const std::string& IsForAll() {
   static const std::string sql = absl::StrCat("step NOT IN (", kUncodedStep, ", ", kCodedStep, ")");
@@ -25,13 +26,17 @@ const std::string& IsForAll() {
 }
 
 // Parts of all steps that are not the leader's, those of measuring only where what was coded is
-// there.
+// there, and those of coding only where what is to be known before is.
 const std::string& ToHelpWith() {
   static const std::string sql = absl::StrCat(
-      "(", IsForAll(), " AND (step <> ", static_cast<int>(PartStep::kMeasured),
+      "(", IsForAll(), " AND (step < ", kUncodedStep, " OR step > ", kMeasuredStep,
       " OR EXISTS(SELECT 1 FROM job_parts AS coded WHERE coded.job_id = job_parts.job_id AND"
       " coded.step = ",
-      kCodedStep, " AND coded.result <> '')))");
+      kCodedStep, " AND coded.result <> '')) AND (step < ", kUncodedStep,
+      " OR NOT EXISTS(SELECT 1 FROM job_parts AS uncoded WHERE uncoded.job_id = job_parts.job_id "
+      "AND"
+      " uncoded.step = ",
+      kUncodedStep, " AND uncoded.result = '')))");
   return sql;
 }
 

@@ -60,7 +60,8 @@ int64_t PartsServer::MostPartsOf(PartStep step) const {
   if (step < PartStep::kMeasured) return by_points;
   // Of blocks of the finest level: groups of faces that are at least half full.
   const int64_t block = std::max<int64_t>(1, PartSizes::Of(job_.parts->points).block_vertices);
-  return by_points + 2 * (job_.options.max_surface_faces / block);
+  const int64_t by_faces = 2 * (job_.options.max_surface_faces / block);
+  return by_faces + (step == PartStep::kMeasured ? by_points : kFewParts);
 }
 
 absl::Status PartsServer::TellTurn(PartStep step, int count) {

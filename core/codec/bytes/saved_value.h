@@ -67,6 +67,12 @@ class ValueReader {
     items.resize(CountOf(sizeof(Item)));
     Take(items.data(), items.size() * sizeof(Item));
   }
+  void operator()(bool& value) {
+    uint8_t byte = 0;
+    (*this)(byte);
+    if (byte > 1) whole_ = false;
+    if (whole_) value = byte == 1;
+  }
   void operator()(std::vector<std::vector<uint8_t>>& pieces) {
     pieces.resize(CountOf(sizeof(int64_t)));
     for (std::vector<uint8_t>& piece : pieces) (*this)(piece);

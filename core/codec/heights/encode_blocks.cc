@@ -58,8 +58,10 @@ absl::Status ForEachOf(size_t count, const RunContext& context, const Work& work
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<std::vector<uint8_t>>> MakeAll(int count, const MakeBytes& make,
-                                                          const RunContext& context) {
+}  // namespace
+
+absl::StatusOr<std::vector<std::vector<uint8_t>>> MakeSeveral(int count, const MakeBytes& make,
+                                                              const RunContext& context) {
   std::vector<std::vector<uint8_t>> all(static_cast<size_t>(count));
   RILIEVO_RETURN_IF_ERROR(
       ForEachOf(all.size(), context, [&](size_t i, const RunContext& one_thread) -> absl::Status {
@@ -69,14 +71,12 @@ absl::StatusOr<std::vector<std::vector<uint8_t>>> MakeAll(int count, const MakeB
   return all;
 }
 
-}  // namespace
-
 EncodeBlocks::EncodeBlocks(const StoredSurface& surface, const PartCutter& cutter,
                            const FaceGroups& groups, int64_t block_vertices, GatherBytes gather)
     : surface_(surface),
       cutter_(cutter),
       groups_(groups),
-      gather_(gather ? std::move(gather) : MakeAll),
+      gather_(gather ? std::move(gather) : MakeSeveral),
       owner_(FirstFaces(cutter.topology())) {
   shared_.levels.push_back(cutter.topology());
   const int64_t vertices = VertexCountAt(cutter.topology(), surface.max_level);
@@ -138,7 +138,7 @@ absl::Status EncodeBlocks::ForEach(
 }
 
 absl::Status EncodeBlocks::NotOfBlock() {
-  return absl::DataLossError("what was kept of a block of groups is not what was coded of it");
+  return absl::InternalError("what was kept of a block of groups is not what was coded of it");
 }
 
 }  // namespace rilievo

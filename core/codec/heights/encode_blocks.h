@@ -39,11 +39,14 @@ using MakeBytes =
 using GatherBytes = std::function<absl::StatusOr<std::vector<std::vector<uint8_t>>>(
     int count, const MakeBytes& make, const RunContext& context)>;
 
+// Several at once, each with one thread. The first error in their order is returned.
+absl::StatusOr<std::vector<std::vector<uint8_t>>> MakeSeveral(int count, const MakeBytes& make,
+                                                              const RunContext& context);
+
 class EncodeBlocks {
  public:
   // All are kept by reference. `block_vertices`: of the finest level in a block, halo left out, as
-  // far as groups are no larger. `gather`: what Gather() calls; empty: it makes several at once,
-  // each with one thread.
+  // far as groups are no larger. `gather`: what Gather() calls; empty: MakeSeveral().
   EncodeBlocks(const StoredSurface& surface, const PartCutter& cutter, const FaceGroups& groups,
                int64_t block_vertices, GatherBytes gather = {});
 
@@ -67,7 +70,7 @@ class EncodeBlocks {
 
   // What make(block, context) finds of each range, in turn. It is sent as bytes: Found has
   // template <typename Archive, typename Self> static void Visit(Archive&, Self&), see
-  // saved_value.h. The errors of `make` and of what gathers, DATA_LOSS for other bytes.
+  // saved_value.h. The errors of `make` and of what gathers, INTERNAL for other bytes.
   template <typename Found, typename Make>
   absl::StatusOr<std::vector<Found>> Gather(const std::vector<GroupRange>& ranges,
                                             const RunContext& context, const Make& make) const {
@@ -79,13 +82,14 @@ class EncodeBlocks {
       Found::Visit(writer, found);
       return std::move(writer.bytes);
     };
-    RILIEVO_ASSIGN_OR_RETURN(const auto bytes,
+    RILIEVO_ASSIGN_OR_RETURN(auto bytes,
                              gather_(static_cast<int>(ranges.size()), bytes_of, context));
     std::vector<Found> all(ranges.size());
     for (size_t i = 0; i < all.size(); ++i) {
       ValueReader reader(bytes[i]);
       Found::Visit(reader, all[i]);
       if (!reader.Finished()) return NotOfBlock();
+      bytes[i] = {};
     }
     return all;
   }

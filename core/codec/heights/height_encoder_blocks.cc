@@ -31,6 +31,18 @@ std::vector<uint8_t> InnerVertices(const GroupBlock& block) {
   return inner;
 }
 
+bool IsAmount(double value) { return std::isfinite(value) && value >= 0; }
+
+bool AreAmounts(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), IsAmount);
+}
+
+bool IsPossible(const HeightSums& sums) {
+  return IsAmount(sums.squared) && IsAmount(sums.weight) && IsAmount(sums.max);
+}
+
+// What is found of a block may come of another process: IsOf() tells whether it can be.
+
 // Of the groups sampled, what a plan takes.
 struct SampledFigures {
   std::vector<HeightLifting::RuleSums> details;
@@ -46,7 +58,12 @@ struct SampledFigures {
   }
   bool IsOf(size_t levels) const {
     return details.size() + 1 == levels && level_gains.size() == levels &&
-           mean_gains.size() == levels && counts.size() == levels;
+           mean_gains.size() == levels && counts.size() == levels && AreAmounts(level_gains) &&
+           AreAmounts(mean_gains) &&
+           std::all_of(counts.begin(), counts.end(), [](int64_t count) { return count >= 0; }) &&
+           std::all_of(details.begin(), details.end(), [](const HeightLifting::RuleSums& sums) {
+             return std::all_of(sums.begin(), sums.end(), IsAmount);
+           });
   }
 };
 
@@ -57,6 +74,10 @@ struct SumsOfBlock {
   template <typename Archive, typename Self>
   static void Visit(Archive& archive, Self& self) {
     archive(self.rounds);
+  }
+  bool IsOf(int count) const {
+    return rounds.size() == static_cast<size_t>(count) &&
+           std::all_of(rounds.begin(), rounds.end(), IsPossible);
   }
 };
 
@@ -78,17 +99,18 @@ struct TargetsOfBlock {
   }
   bool IsOf(int shared_count) const {
     const auto is_there = [&](int v) { return v >= 0 && v < shared_count; };
-    const auto is_finite = [](double value) { return std::isfinite(value); };
+    const auto is_target = [&](double target) { return std::abs(target) <= largest_target; };
+    const auto is_flag = [](uint8_t flag) { return flag <= 1; };
     return targets.size() == there.size() && gains.size() == there.size() &&
            filled.size() == there.size() && std::all_of(there.begin(), there.end(), is_there) &&
-           std::all_of(targets.begin(), targets.end(), is_finite) &&
-           std::all_of(gains.begin(), gains.end(), is_finite) && std::isfinite(highest) &&
-           std::isfinite(largest_target);
+           std::all_of(targets.begin(), targets.end(), is_target) && AreAmounts(gains) &&
+           std::all_of(filled.begin(), filled.end(), is_flag) && IsAmount(highest) &&
+           IsAmount(largest_target);
   }
 };
 
 struct CodedBlock {
-  uint8_t fits = 1;  // see GroupPieces
+  bool fits = true;  // see GroupPieces
   HeightSums sums;
   std::vector<std::vector<uint8_t>> pieces;  // group after group, from level to level
 
@@ -98,6 +120,7 @@ struct CodedBlock {
     archive(self.sums);
     archive(self.pieces);
   }
+  bool IsOf(size_t count) const { return !fits || (pieces.size() == count && IsPossible(sums)); }
 };
 
 HeightPlan PlanOf(const std::vector<SampledFigures>& samples, HeightPlan plan) {
@@ -193,7 +216,7 @@ absl::StatusOr<std::vector<double>> HeightEncoderBlocks::RmsOfRounds(
       const std::vector<SumsOfBlock> samples,
       blocks_.Gather<SumsOfBlock>(blocks_.Samples(kSampledGroups), context, sample));
   for (const SumsOfBlock& of_group : samples) {
-    if (of_group.rounds.size() != static_cast<size_t>(rounds)) return EncodeBlocks::NotOfBlock();
+    if (!of_group.IsOf(rounds)) return EncodeBlocks::NotOfBlock();
   }
   std::vector<double> rms;
   for (int round = 0; round < rounds; ++round) {
@@ -296,7 +319,7 @@ absl::StatusOr<bool> HeightEncoderBlocks::CodeGroups(double step, const CoarseLe
     RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
     RILIEVO_ASSIGN_OR_RETURN(GroupPieces made,
                              encoder->EncodeGroups(SharedOf(block, coarse), step, own));
-    CodedBlock coded{uint8_t{made.fits}, made.sums, {}};
+    CodedBlock coded{made.fits, made.sums, {}};
     for (size_t g = 0; g < made.pieces.size(); ++g) {
       const int there = block.group_there[g];
       if (there < block.range.first || there >= block.range.last) continue;
@@ -311,10 +334,10 @@ absl::StatusOr<bool> HeightEncoderBlocks::CodeGroups(double step, const CoarseLe
   bool fits = true;
   for (size_t i = 0; i < blocks.size(); ++i) {
     CodedBlock& block = blocks[i];
-    fits = fits && block.fits != 0;
-    if (block.fits == 0) continue;
     const auto groups = static_cast<size_t>(ranges[i].last - ranges[i].first);
-    if (block.pieces.size() != groups * pieces.size()) return EncodeBlocks::NotOfBlock();
+    if (!block.IsOf(groups * pieces.size())) return EncodeBlocks::NotOfBlock();
+    fits = fits && block.fits;
+    if (!block.fits) continue;
     all.Add(block.sums);
     size_t next = 0;
     for (size_t g = 0; g < groups; ++g) {

@@ -60,31 +60,34 @@ PointTerm TermOf(const PlateLevel& level, const std::vector<PointFoot>& feet,
 
 // What the heights of level `to` say, prolonged to the next one: with Prolong() as P, and the next
 // level's term A and b, P^T A P and P^T b (the Galerkin operator of Briggs, Henson and McCormick, A
-// Multigrid Tutorial).
-PointTerm Coarser(const LoopRefinement& refinement, int to, const PlateLevel& level,
-                  const PlateLevel& next_level, const PointTerm& next) {
+// Multigrid Tutorial). Row v comes of the next level's rows of v and, by half, of the middles of
+// its edges, which are all that v has around it there.
+absl::StatusOr<PointTerm> Coarser(const LoopRefinement& refinement, int to, const PlateLevel& level,
+                                  const PlateLevel& next_level, const PointTerm& next,
+                                  const RunContext& context) {
   const MeshTopology& topology = refinement.levels[to];
   PointTerm term = NoPoints(level);
-  const auto ends_of = [&topology](int v) -> std::array<int, 2> {
-    if (v < topology.vertex_count) return {v, v};
-    const auto ends = topology.edge_vertices.col(v - topology.vertex_count);
-    return {ends[0], ends[1]};
-  };
-  for (int v = 0; v < next_level.vertex_count(); ++v) {
-    const std::array<int, 2> own = ends_of(v);
-    for (const int row : own) {
-      term.right_side[row] += 0.5f * next.right_side[v];
-      for (const int column : own) AddTo(level, row, column, 0.25f * next.diagonal[v], &term);
-    }
-    for (uint32_t s = next_level.begin[v]; s < next_level.begin[v + 1]; ++s) {
-      if (next.slot[s] == 0) continue;
-      for (const int row : own) {
-        for (const int column : ends_of(next_level.neighbor[s])) {
-          AddTo(level, row, column, 0.25f * next.slot[s], &term);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelForEach(level.vertex_count(), kLightBlock, context, [&](int64_t i) {
+        const int v = static_cast<int>(i);
+        const auto add = [&](int column, float value) {
+          if (column < topology.vertex_count) return AddTo(level, v, column, value, &term);
+          for (const int end : topology.edge_vertices.col(column - topology.vertex_count)) {
+            AddTo(level, v, end, 0.5f * value, &term);
+          }
+        };
+        const auto add_row = [&](int row, float share) {
+          term.right_side[v] += share * next.right_side[row];
+          add(row, share * next.diagonal[row]);
+          for (uint32_t s = next_level.begin[row]; s < next_level.begin[row + 1]; ++s) {
+            if (next.slot[s] != 0) add(next_level.neighbor[s], share * next.slot[s]);
+          }
+        };
+        add_row(v, 1);
+        for (uint32_t s = next_level.begin[v]; s < next_level.begin[v + 1]; ++s) {
+          add_row(next_level.neighbor[s], 0.5f);
         }
-      }
-    }
-  }
+      }));
   return term;
 }
 
@@ -189,8 +192,8 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
   std::vector<PointTerm> terms(levels.size());
   terms[finest] = TermOf(levels[finest], feet, weights, measured, context);
   for (int l = finest - 1; l >= first; --l) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    terms[l] = Coarser(refinement, l, levels[l], levels[l + 1], terms[l + 1]);
+    RILIEVO_ASSIGN_OR_RETURN(
+        terms[l], Coarser(refinement, l, levels[l], levels[l + 1], terms[l + 1], context));
   }
   for (int l = first; l <= finest; ++l) {
     // A vertex stands for those of the finest level around it.

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 #include <utility>
+#include <vector>
 
 #include "core/displacement/plate/filter_lengths.h"
 #include "tests/unit/displacement/domain_fixtures.h"
@@ -48,6 +51,54 @@ struct Setting {
     return std::sqrt(squares / count);
   }
 };
+
+// What points say against `heights` of a level: the gradient, by vertex.
+std::vector<float> GradientOf(const PlateLevel& level, const PointTerm& term,
+                              const std::vector<float>& heights) {
+  std::vector<float> gradient(heights.size());
+  for (int v = 0; v < level.vertex_count(); ++v) {
+    double sum = double{term.diagonal[v]} * heights[v] - term.right_side[v];
+    for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
+      sum += double{term.slot[s]} * heights[level.neighbor[s]];
+    }
+    gradient[v] = static_cast<float>(sum);
+  }
+  return gradient;
+}
+
+TEST(HeightEquations, CoarseLevelsFeelWhatTheirProlongedHeightsFeel) {
+  const auto ramp = [](double x, double y) { return 0.003 * x - 0.002 * y; };
+  const Setting setting(5000, 0.0005, ramp);
+  const LoopRefinement& refinement = setting.domain.refinement;
+  const std::vector<PlateLevel> levels =
+      *BuildPlateLevels(refinement, setting.domain.rings, setting.domain.limit, Threads(2));
+  const int finest = refinement.max_level();
+  Random random(1);
+  const auto uniform = [&random](float low, float high) {
+    return std::uniform_real_distribution<float>(low, high)(random);
+  };
+  std::vector<float> weights(setting.feet.size());
+  for (float& weight : weights) weight = uniform(0, 1);
+  std::vector<uint8_t> measured(levels[finest].vertex_count());
+  for (uint8_t& flag : measured) flag = uniform(0, 1) < 0.7f ? 1 : 0;
+  for (const std::vector<uint8_t>& flags : {std::vector<uint8_t>(), measured}) {
+    const std::vector<PointTerm> terms = *AssemblePointTerms(
+        refinement, levels, 0, setting.feet, weights, /*domain_weight=*/0, flags, Threads(2));
+    for (int l = 0; l < finest; ++l) {
+      std::vector<float> heights(levels[l].vertex_count());
+      for (float& height : heights) height = uniform(-0.01f, 0.01f);
+      const std::vector<float> coarse = GradientOf(levels[l], terms[l], heights);
+      const std::vector<float> fine = Restrict(
+          refinement, finest, l,
+          GradientOf(levels[finest], terms[finest], Prolong(refinement, l, finest, heights)));
+      double largest = 0;
+      for (const float value : fine) largest = std::max(largest, std::abs(double{value}));
+      for (size_t v = 0; v < coarse.size(); ++v) {
+        ASSERT_NEAR(coarse[v], fine[v], 1e-5 * largest) << l << " " << v;
+      }
+    }
+  }
+}
 
 TEST(HeightProblem, AWaveIsDampedAsTheFilterSays) {
   // 1 / (1 + (k t spacing)^4) of the wave is left.

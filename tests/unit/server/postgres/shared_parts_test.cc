@@ -231,6 +231,17 @@ TEST_F(SharedPartsTest, WhatIsCodedIsMeasuredWithHelp) {
   EXPECT_THAT(ToHelp("another"), IsEmpty()) << "there is nothing to measure";
 }
 
+TEST_F(SharedPartsTest, BlocksAreCodedWithHelpOnceItIsKnownHowExactly) {
+  const PartClaim uncoded = *store_->TakePart(Leader(), PartStep::kUncoded, 1)->claim;
+  EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kUncoded, 1)->claim);
+  ASSERT_TRUE(Keep(uncoded, "00").ok());
+  ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kBlocks, 3)->claim);
+  EXPECT_THAT(ToHelp("another"), ElementsAre("`"));
+  EXPECT_TRUE(store_->TakePart(Helper(), PartStep::kBlocks, 3)->claim);
+  ASSERT_TRUE(store_->DropPart(Leader(), PartStep::kUncoded, 0, ContentNameOf("00")).ok());
+  EXPECT_THAT(ToHelp("another"), IsEmpty()) << "it would wait for what nobody does again";
+}
+
 TEST_F(SharedPartsTest, WhoWaitsForCodingLeavesForAnyJob) {
   ASSERT_TRUE(store_->TakePart(Leader(), PartStep::kCoded, 1)->claim);
   EXPECT_FALSE(store_->TakePart(Helper(), PartStep::kCoded, 1)->job_waits);

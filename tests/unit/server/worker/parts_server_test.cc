@@ -139,6 +139,9 @@ TEST_F(PartsServerTest, AStepIsNotCutIntoMorePartsThanItHas) {
   cut(kStep, 1 << 30);
   cut(PartStep::kLeftOut, 1 << 30);
   cut(PartStep::kCoarse, 2);
+  cut(PartStep::kUncoded, 2);
+  job_.size.points = int64_t{1} << 40;  // of which blocks of the surface do not depend
+  cut(PartStep::kBlocks, 1 << 29);
 }
 
 TEST_F(PartsServerTest, WhatTheStoreSaysIsPassedOn) {
