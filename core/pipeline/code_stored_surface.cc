@@ -25,7 +25,7 @@ namespace rilievo {
 namespace {
 
 // What a part of a pass over the blocks holds of them: several, where that leaves some parts.
-constexpr int kFewParts = 10, kMostItemsOfPart = 4;
+constexpr int kFewParts = 8, kMostItemsOfPart = 4;
 
 using FaceLists = std::vector<std::vector<int>>;
 
@@ -89,8 +89,7 @@ void VisitMeasured(Archive& archive, Part& part) {
 
 class StoredCoding {
  public:
-  // `points` may be null: then nothing is measured.
-  // `shared` may be null.
+  // `points` may be null: then nothing is measured. So may `shared`.
   StoredCoding(const StoredSurface& surface, const PartCutter& cutter, PointPages* points,
                const BlockSize& block, SharedParts* shared, const ReconstructOptions& options,
                const PipelineContext& context)
@@ -213,8 +212,8 @@ class StoredCoding {
     return RunParts(step, {[](double /*share*/) {}, shared_}, context_);
   }
 
-  // Each call is a pass of its own. A part of it is of several blocks, for most of what codes one is
-  // done by one thread.
+  // Each call is a pass of its own. A part of it is of several blocks, for most of what codes one
+  // is done by one thread.
   GatherBytes Gathering() const {
     if (!IsShared()) return {};
     return [this, pass = 0](int count, const MakeBytes& make, const RunContext& context) mutable
@@ -310,8 +309,7 @@ class StoredCoding {
         VisitMeasured(reader, found);
         if (!reader.Finished()) return NotOfPart(PartStep::kMeasured, part);
       }
-      const absl::Status taken = TakeDistances(&found, points_);
-      return absl::IsDataLoss(taken) ? NotOfPart(PartStep::kMeasured, part) : taken;
+      return TakeDistances(&found, points_);
     };
     points_->ForgetDistances();
     const auto tell = [this](double share) { context_.Report(Stage::kMeasure, share); };

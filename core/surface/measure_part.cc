@@ -186,7 +186,7 @@ absl::StatusOr<MeasuredPart> MeasurePart(const SurfaceParts& surface, int i,
 }
 
 absl::Status TakeDistances(MeasuredPart* part, PointPages* points) {
-  const auto wrong = [] { return absl::DataLossError("the distances are not of these points"); };
+  const auto wrong = [] { return absl::InternalError("the distances are not of these points"); };
   if (!IsPlausible(*part)) return wrong();
   const std::vector<uint8_t>& in_reach = part->in_reach;
   auto next = part->squared_of_points.cbegin();

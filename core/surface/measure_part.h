@@ -37,7 +37,7 @@ absl::StatusOr<MeasuredPart> MeasurePart(const SurfaceParts& surface, int i,
                                          const MeasureOptions& options, const RunContext& context,
                                          const PointPages& points);
 
-// Brings the distances of the points to their pages, and frees their memory. DATA_LOSS where the
+// Brings the distances of the points to their pages, and frees their memory. INTERNAL where the
 // numbers are not those of such a part; the errors of `points`.
 absl::Status TakeDistances(MeasuredPart* part, PointPages* points);
 

@@ -20,9 +20,9 @@ constexpr int64_t kPointsOfFace = 120;
 // level is asked for (five bytes each, those on the rims of control faces more than once); and
 // distances, four bytes of a point for each part whose reach it is in (up to two). Of a control
 // face 72 bytes of its corners, and 45 of the coarse levels each of the dozen times that its
-// heights may be coded.
+// heights may be coded; what they are coded to is little, and left to what is over of the points.
 constexpr int64_t kKeptBytesOfPoint = 40, kKeptBytesOfThinnedPoint = 64,
-                  kKeptBytesOfControlFace = 600, kKeptBytesOfFace = 4;
+                  kKeptBytesOfControlFace = 620, kKeptBytesOfFace = 4;
 
 int64_t ControlFacesOf(const JobRequest& job) {
   return std::max(ExpectedControlFaces(job), job.size.points / kPointsOfFace);

@@ -200,6 +200,9 @@ absl::Status HeightEncoderBlocks::MakePlan(const RunContext& context) {
     }
   }
   plan_ = PlanOf(samples, std::move(plan_));
+  if (!AreAmounts(plan_.level_gains) || !AreAmounts(plan_.mean_gains)) {
+    return EncodeBlocks::NotOfBlock();
+  }
   return absl::OkStatus();
 }
 
@@ -257,12 +260,14 @@ absl::StatusOr<HeightEncoderBlocks::CoarseTargets> HeightEncoderBlocks::TargetsO
   };
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<TargetsOfBlock> found,
                            blocks_.Gather<TargetsOfBlock>(blocks_.ranges(), context, find));
-  for (const TargetsOfBlock& of_block : found) {
+  for (size_t b = 0; b < found.size(); ++b) {
+    const TargetsOfBlock& of_block = found[b];
     if (!of_block.IsOf(blocks_.shared_count())) return EncodeBlocks::NotOfBlock();
     coarse.highest = std::max(coarse.highest, of_block.highest);
     coarse.largest_target = std::max(coarse.largest_target, of_block.largest_target);
     for (size_t i = 0; i < of_block.there.size(); ++i) {
       const int v = of_block.there[i];
+      if (!blocks_.Owns(blocks_.ranges()[b], v)) return EncodeBlocks::NotOfBlock();
       coarse.targets[v] = of_block.targets[i];
       coarse.gains[v] = of_block.gains[i];
       coarse.filled[v] = of_block.filled[i];

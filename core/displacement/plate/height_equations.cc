@@ -1,7 +1,6 @@
 #include "core/displacement/plate/height_equations.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
