@@ -30,27 +30,30 @@ StepRange StepsFrom(double least_step) {
 
 }  // namespace
 
-// The rounds after the first take the same share off the error at all steps nearby, and two rounds
-// tell which. The usual first step where the error is no such power of the step.
+// The rounds after the first take about the same share off the error at all steps, and two rounds
+// tell which. So the first round alone is asked for at further steps, each where the power of the
+// error that was seen last meets what is wanted.
 absl::StatusOr<double> FindStep(const HeightCoding& encoder, double rms,
                                 const RunContext& context) {
   constexpr double kAim = 1 - kCloseStep / 2, kMostFactor = 3;
-  constexpr double kLeastPower = 0.6, kMostPower = 1.2;
-  const double first = std::clamp(kStepOverError * rms, kSteps.finest, kSteps.coarsest);
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<double> rounds,
-                           encoder.RmsOfRounds(first, 2, context));
-  if (!(rounds[0] > 0) || !(rounds[1] > 0)) return first;
+  constexpr double kLeastPower = 0.3, kMostPower = 1.2;
+  constexpr int kMostLooks = 5;
+  double step = std::clamp(kStepOverError * rms, kSteps.finest, kSteps.coarsest);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<double> rounds, encoder.RmsOfRounds(step, 2, context));
+  if (!(rounds[0] > 0) || !(rounds[1] > 0)) return step;
   const double wanted = kAim * rms / (kLaterRounds * rounds[1] / rounds[0]);  // of a first round
-  const double factor = std::pow(wanted / rounds[0], 1 / kErrorOverStep);
-  if (!(std::max(factor, 1 / factor) < kMostFactor)) return first;
-  const double second = std::clamp(first * factor, kSteps.finest, kSteps.coarsest);
-  if (std::max(factor, 1 / factor) < kNearStep) return second;
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<double> error,
-                           encoder.RmsOfRounds(second, 1, context));
-  const double power = std::log(error[0] / rounds[0]) / std::log(second / first);
-  if (!(power >= kLeastPower && power <= kMostPower)) return first;
-  return std::clamp(second * std::pow(wanted / error[0], 1 / power), kSteps.finest,
-                    kSteps.coarsest);
+  double error = rounds[0], power = kErrorOverStep;
+  for (int look = 0;; ++look) {
+    const double factor =
+        std::clamp(std::pow(wanted / error, 1 / power), 1 / kMostFactor, kMostFactor);
+    const double next = std::clamp(step * factor, kSteps.finest, kSteps.coarsest);
+    if (look == kMostLooks || std::max(factor, 1 / factor) < kNearStep) return next;
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<double> seen, encoder.RmsOfRounds(next, 1, context));
+    if (!(seen[0] > 0)) return step;
+    power = std::clamp(std::log(seen[0] / error) / std::log(next / step), kLeastPower, kMostPower);
+    step = next;
+    error = seen[0];
+  }
 }
 
 absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightCoding& encoder, double rms,
