@@ -57,7 +57,7 @@ class StepSearch {
     return absl::OkStatus();
   }
 
-  // Of those allowed.
+  // Of those allowed, where most of what is allowed is used.
   std::optional<Encoded>& best() { return best_; }
   // Where none is: the last one that came much nearer.
   std::optional<Encoded>& closest() { return closest_; }
@@ -85,9 +85,10 @@ class StepSearch {
   // False when a finer step has not helped: none will be allowed then.
   bool Keep(Encoded encoded, double value) {
     if (value <= 1) {
-      const bool better =
-          !best_ || (rising_ ? encoded.step > best_->step : encoded.step < best_->step);
-      if (better) best_ = std::move(encoded);
+      if (!best_ || value > best_value_) {
+        best_ = std::move(encoded);
+        best_value_ = value;
+      }
       return true;
     }
     if (!rising_ || best_) return true;
@@ -111,7 +112,7 @@ class StepSearch {
   bool rising_;
   End low_, high_;
   std::optional<Encoded> best_, closest_;
-  double closest_value_ = 0;
+  double best_value_ = 0, closest_value_ = 0;
 };
 
 }  // namespace rilievo
