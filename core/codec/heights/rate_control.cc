@@ -47,7 +47,8 @@ absl::StatusOr<double> FindStep(const HeightCoding& encoder, double rms,
     const double factor =
         std::clamp(std::pow(wanted / error, 1 / power), 1 / kMostFactor, kMostFactor);
     const double next = std::clamp(step * factor, kSteps.finest, kSteps.coarsest);
-    if (look == kMostLooks || std::max(factor, 1 / factor) < kNearStep) return next;
+    const bool is_near = next == step || std::max(factor, 1 / factor) < kNearStep;
+    if (is_near || look == kMostLooks) return next;
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<double> seen, encoder.RmsOfRounds(next, 1, context));
     if (!(seen[0] > 0)) return step;
     power = std::clamp(std::log(seen[0] / error) / std::log(next / step), kLeastPower, kMostPower);

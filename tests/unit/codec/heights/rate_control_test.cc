@@ -50,6 +50,11 @@ TEST_F(RateControlTest, TheStepFoundHasAboutTheErrorAskedFor) {
 
 // Heights vanish when the error allowed is larger than they are.
 TEST_F(RateControlTest, AnyLargeErrorIsKept) {
+  for (const double rms : {0.01, 0.1}) {
+    const auto step = FindStep(encoder_, rms, RunContext());
+    ASSERT_TRUE(step.ok()) << step.status();
+    EXPECT_EQ(*step, 0.25) << "the coarsest";
+  }
   const auto encoded = EncodeWithinError(encoder_, 0.1, 0, RunContext());
   ASSERT_TRUE(encoded.ok()) << encoded.status();
   EXPECT_LT(encoded->bytes(), 200);
