@@ -18,14 +18,12 @@
 #include "core/paging/paged_scan.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/run_parts.h"
+#include "core/pipeline/shared_coding.h"
 #include "core/surface/heights_in_memory.h"
 #include "core/surface/measure_parts.h"
 
 namespace rilievo {
 namespace {
-
-// What a part of a pass over the blocks holds of them: several, where that leaves some parts.
-constexpr int kFewParts = 8, kMostItemsOfPart = 4;
 
 using FaceLists = std::vector<std::vector<int>>;
 
@@ -63,14 +61,6 @@ std::vector<int> AllFaces(int64_t count) {
   std::vector<int> faces(static_cast<size_t>(count));
   std::iota(faces.begin(), faces.end(), 0);
   return faces;
-}
-
-template <typename Archive, typename Error>
-void VisitUncoded(Archive& archive, Error& uncoded) {
-  archive(uncoded.spacing);
-  archive(uncoded.noise);
-  archive(uncoded.measured);
-  archive(uncoded.error);
 }
 
 template <typename Archive, typename Part>
@@ -118,7 +108,7 @@ class StoredCoding {
       RILIEVO_ASSIGN_OR_RETURN(uncoded, ErrorBefore(thinned));
       return absl::OkStatus();
     };
-    RILIEVO_RETURN_IF_ERROR(FindUncoded(find, &uncoded));
+    RILIEVO_RETURN_IF_ERROR(IsShared() ? ShareUncoded(find, shared_, context_, &uncoded) : find());
     const auto encode = [&](std::optional<double> error) {
       return Encode(coded->metadata, position_step, error);
     };
@@ -141,7 +131,8 @@ class StoredCoding {
     if (!IsShared()) return absl::OkStatus();
     UncodedError uncoded;
     RILIEVO_RETURN_IF_ERROR(
-        FindUncoded([] { return absl::InternalError("one who helps was to lead"); }, &uncoded));
+        ShareUncoded([] { return absl::InternalError("one who helps was to lead"); }, shared_,
+                     context_, &uncoded));
     return HelpToEncodeDssBlocks(
         surface_, cutter_,
         EncodeOptionsFor(position_step, CodingErrorFor(options_.encode, uncoded)), block_.vertices,
@@ -192,63 +183,7 @@ class StoredCoding {
     return uncoded;
   }
 
-  // `uncoded` is what `find` puts there, or the process that leads has found.
-  template <typename Find>
-  absl::Status FindUncoded(const Find& find, UncodedError* uncoded) const {
-    if (!IsShared()) return find();
-    PartsOfStep step{.step = PartStep::kUncoded, .count = 1};
-    step.make = [&](int /*part*/,
-                    const RunContext& /*context*/) -> absl::StatusOr<std::vector<uint8_t>> {
-      RILIEVO_RETURN_IF_ERROR(find());
-      ValueWriter writer;
-      VisitUncoded(writer, *uncoded);
-      return std::move(writer.bytes);
-    };
-    step.take = [uncoded](int part, std::span<const uint8_t> bytes) {
-      ValueReader reader(bytes);
-      VisitUncoded(reader, *uncoded);
-      return reader.Finished() ? absl::OkStatus() : NotOfPart(PartStep::kUncoded, part);
-    };
-    return RunParts(step, {[](double /*share*/) {}, shared_}, context_);
-  }
-
-  // Each call is a pass of its own. A part of it is of several blocks, for most of what codes one
-  // is done by one thread.
-  GatherBytes Gathering() const {
-    if (!IsShared()) return {};
-    return [this, pass = 0](int count, const MakeBytes& make, const RunContext& context) mutable
-           -> absl::StatusOr<std::vector<std::vector<uint8_t>>> {
-      if (pass == kMostPasses) return absl::InternalError("coding takes too many passes");
-      const int items = std::clamp(count / kFewParts, 1, kMostItemsOfPart);
-      std::vector<std::vector<uint8_t>> all(static_cast<size_t>(count));
-      PartsOfStep step{.step = PartStep{static_cast<int>(PartStep::kBlocks) + pass++},
-                       .count = (count + items - 1) / items};
-      const auto items_of = [count, items](int part) {
-        return std::min(items, count - part * items);
-      };
-      step.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
-        const auto make_item = [&](int i, const RunContext& one_thread) {
-          return make(part * items + i, one_thread);
-        };
-        RILIEVO_ASSIGN_OR_RETURN(const auto made, MakeSeveral(items_of(part), make_item, own));
-        ValueWriter writer;
-        writer(made);
-        return std::move(writer.bytes);
-      };
-      step.take = [&](int part, std::span<const uint8_t> bytes) {
-        std::vector<std::vector<uint8_t>> made;
-        ValueReader reader(bytes);
-        reader(made);
-        if (!reader.Finished() || made.size() != static_cast<size_t>(items_of(part))) {
-          return NotOfPart(step.step, part);
-        }
-        std::move(made.begin(), made.end(), all.begin() + std::ptrdiff_t{part} * items);
-        return absl::OkStatus();
-      };
-      RILIEVO_RETURN_IF_ERROR(RunParts(step, {[](double /*share*/) {}, shared_}, context));
-      return all;
-    };
-  }
+  GatherBytes Gathering() const { return IsShared() ? GatherByParts(shared_) : GatherBytes(); }
 
   EncodeOptions EncodeOptionsFor(double position_step, std::optional<double> coding_error) const {
     EncodeOptions encode = options_.encode;
@@ -343,34 +278,7 @@ class StoredCoding {
   FaceLists faces_;
 };
 
-template <typename Archive, typename Encoded>
-void VisitEncoded(Archive& archive, Encoded& encoded) {
-  for (auto& chunk : encoded.chunks) archive(chunk);
-  archive(encoded.height_step);
-  archive(encoded.height_rms);
-  archive(encoded.height_max);
-}
-
 constexpr char kCodedName[] = "coded";
-
-std::vector<uint8_t> BytesOfCoded(const CodedStoredSurface& coded) {
-  ValueWriter writer;
-  VisitUncoded(writer, coded.uncoded);
-  writer(static_cast<int>(coded.encoded.chunks.size()));
-  VisitEncoded(writer, coded.encoded);
-  return std::move(writer.bytes);
-}
-
-bool ReadCoded(std::span<const uint8_t> bytes, CodedStoredSurface* coded) {
-  constexpr int kMostChunks = 64;
-  ValueReader reader(bytes);
-  int chunks = 0;
-  VisitUncoded(reader, coded->uncoded);
-  reader(chunks);
-  coded->encoded.chunks.resize(static_cast<size_t>(std::clamp(chunks, 0, kMostChunks)));
-  VisitEncoded(reader, coded->encoded);
-  return reader.Finished();
-}
 
 // Takes what was coded.
 PartsOfStep StepOfCoding(const StoredCoding& coding, CodedStoredSurface* coded) {
