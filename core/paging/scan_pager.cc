@@ -308,7 +308,8 @@ absl::StatusOr<PagedScan> ScanPager::Finish(const RunContext& context) {
   }
   if (writer.size() < kMinScanPoints) return TooFew(writer.size());
   context.Report(Stage::kCheck, 1);
-  RILIEVO_RETURN_IF_ERROR(raw_.Resize(0));  // whoever keeps the file open
+  // Frees its room on the disk, though a server may keep the file open.
+  RILIEVO_RETURN_IF_ERROR(raw_.Resize(0));
   RILIEVO_ASSIGN_OR_RETURN(PagedScan scan, writer.Finish(frame, figures_));
   RILIEVO_RETURN_IF_ERROR(scan.Save());
   return scan;

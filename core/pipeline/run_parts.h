@@ -26,7 +26,8 @@ struct PartsOfStep {
   // Puts the result where this process looks for it. Called for one part at a time, in any order;
   // must not start threads, for a lock is held. INTERNAL if the bytes are not of such a part.
   std::function<absl::Status(int part, std::span<const uint8_t> bytes)> take = {};
-  // Whether an earlier run of this process has left it there; empty: none has. As take.
+  // Whether an earlier run of this process has left it there; empty: none has. Called while the
+  // same lock is held as for `take`.
   std::function<bool(int part)> is_there = {};
 };
 
