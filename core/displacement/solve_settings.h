@@ -45,8 +45,9 @@ struct SolveSettings {
   // spacings.
   double robust_residual = 5;
   // Conjugate gradients: steps on each level, and where heights are only to be compared; and the
-  // residual, relative to the right side, that ends them.
-  int steps = 40, trial_steps = 10;
+  // residual, relative to the right side, that ends them. With twice the steps RMS errors are the
+  // same within 0.02 %, and a million points take 1.4 times as long.
+  int steps = 20, trial_steps = 10;
   double residual = 1e-4;
   // Heights between points this far apart or nearer are measured, and flagged as smoothed where the
   // filter is longer than `smoothed`; points of less weight than `least_weight` measure nothing.

@@ -161,7 +161,7 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
     const std::vector<float> same(1, static_cast<float>(*length));
     const int next = LevelFor(problem, *length * problem.MeanSpacing(), region_level);
     if (level < 0) {
-      RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(next, same, context));
+      RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(next, same, kSolve.steps, context));
     } else {
       heights = Prolong(problem.refinement(), level, next, std::move(heights));
       RILIEVO_RETURN_IF_ERROR(problem.Relax(next, same, kSolve.trial_steps, context, &heights));
