@@ -40,6 +40,7 @@ DisplacementField MakeField(SolvedHeights solved) {
     }
   }
   field.heights = std::move(solved.height);
+  field.noise_left = solved.noise_left;
   return field;
 }
 

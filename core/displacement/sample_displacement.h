@@ -20,6 +20,7 @@ struct DisplacementField {
   std::vector<float> heights;        // per vertex of the finest level, unit frame
   std::vector<HeightSource> source;  // same
   int64_t measured = 0, smoothed = 0, filled = 0;
+  double noise_left = 1;  // as in SolvedHeights
 };
 
 // `rings`, `limit`: of the finest level of `refinement`, of which, unless it is the only one,

@@ -89,7 +89,8 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
         ReachPoints(cloud, refinement, limit, heights, problem.spacing(), context, &feet));
   }
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> lengths, ChooseFilterLengths(problem, context));
+  RILIEVO_ASSIGN_OR_RETURN(const FilterLengths filter, ChooseFilterLengths(problem, context));
+  const std::vector<float>& lengths = filter.lengths;
   RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, kSolve.steps, context));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
   SolvedHeights solved;
@@ -105,6 +106,7 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
     RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
   }
   solved.height = std::move(heights);
+  solved.noise_left = filter.noise_left;
   solved.smoothed.resize(lengths.size());
   std::transform(lengths.begin(), lengths.end(), solved.smoothed.begin(),
                  [](float length) { return length > kSolve.smoothed ? 1 : 0; });

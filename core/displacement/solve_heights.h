@@ -13,11 +13,12 @@
 
 namespace rilievo {
 
-// Per vertex of the finest level.
 struct SolvedHeights {
+  // Per vertex of the finest level.
   std::vector<float> height;      // along the limit normal, unit frame
   std::vector<uint8_t> measured;  // points lie near it
   std::vector<uint8_t> smoothed;  // the height is that of points around it
+  double noise_left = 1;          // of the points' noise, the RMS share that is in the heights
 };
 
 // The heights that minimise

@@ -163,6 +163,7 @@ void VisitCoarse(Archive& archive, Surface& coarse) {
   archive(surface.max_level);
   archive(surface.heights);
   archive(surface.sources);
+  archive(coarse.sampled.noise_left);
 }
 
 std::vector<uint8_t> Saved(const CoarseSurface& coarse) {

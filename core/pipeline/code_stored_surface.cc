@@ -170,7 +170,8 @@ class StoredCoding {
  private:
   // Before the heights are coded.
   absl::StatusOr<UncodedError> ErrorBefore(const ThinnedPoints& thinned) const {
-    UncodedError uncoded{thinned.median_spacing, thinned.median_noise, options_.measure, {}};
+    UncodedError uncoded{
+        thinned.median_spacing, thinned.median_noise, thinned.noise_left, options_.measure, {}};
     if (!options_.measure) return uncoded;
     if (options_.encode.max_error) {
       RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(PartsOf(surface_)));

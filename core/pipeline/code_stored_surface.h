@@ -32,6 +32,9 @@ std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter&
 struct ThinnedPoints {
   Eigen::Matrix3Xd some;  // SomePoints()
   double median_spacing = 0, median_noise = 0;
+  // Of the noise, what the heights of the thinned points have followed; those of all points have
+  // followed less.
+  double noise_left = 0;
 };
 
 struct BlockSize {

@@ -113,9 +113,8 @@ DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces
   return metadata;
 }
 
-double ErrorUnderNoise(double distance, double noise) {
-  constexpr double kNoiseLeft = 0.25;
-  return distance < 2 * noise ? std::min(distance, kNoiseLeft * noise) : distance;
+double ErrorUnderNoise(double distance, double noise, double left) {
+  return distance < 2 * noise ? std::min(distance, left) : distance;
 }
 
 double OwnError(const UncodedError& uncoded) {
@@ -123,7 +122,7 @@ double OwnError(const UncodedError& uncoded) {
   double own = kSpacings * uncoded.spacing;
   const DistanceSummary& distance = uncoded.error.b_to_a;
   if (uncoded.measured) own = std::max(own, std::min(distance.rms, distance.p95 / 2));
-  return ErrorUnderNoise(own, uncoded.noise);
+  return ErrorUnderNoise(own, uncoded.noise, uncoded.noise_left);
 }
 
 double CodingError(const UncodedError& uncoded) {
@@ -157,7 +156,11 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
                                          const ReconstructOptions& options,
                                          const PipelineContext& context) {
   CodedSurface coded;
-  coded.uncoded = {cloud.median_spacing, cloud.median_noise, options.measure, {}};
+  coded.uncoded = {cloud.median_spacing,
+                   cloud.median_noise,
+                   sampled.noise_left * cloud.median_noise,
+                   options.measure,
+                   {}};
   if (options.measure) {
     Shape shape = std::move(sampled.shape);
     shape.filled = FilledVertices(sampled.surface, options.control);

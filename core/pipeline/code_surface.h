@@ -21,14 +21,15 @@ namespace rilievo {
 // How far a surface lies from its points before it is coded; fractions of the diagonal.
 struct UncodedError {
   double spacing = 0, noise = 0;  // medians of the points
+  double noise_left = 0;          // of the noise, what the heights have followed
   bool measured = false;          // what follows
   // Of the points from the surface; with encode.max_error all that the certificate will state.
   TwoSidedError error;
 };
 
 // What a surface errs whose points are `distance` off it: where most of that is noise (a standard
-// deviation), which the surface has not followed, about a quarter of the noise is left in it.
-double ErrorUnderNoise(double distance, double noise);
+// deviation), which the surface has not followed, no more than the `left` of it that it has.
+double ErrorUnderNoise(double distance, double noise, double left);
 
 // Estimate of the surface's RMS distance from the truth: on a clean scan that of the points from
 // the surface, on a noisy one ErrorUnderNoise(). Of the distances

@@ -90,6 +90,7 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   shape.children_per_face = 1 << (2 * level);
   surface.heights = std::move(field.heights);
   surface.sources = std::move(field.source);
+  sampled.noise_left = field.noise_left;
   return sampled;
 }
 

@@ -17,6 +17,7 @@ template <typename Archive, typename Error>
 void VisitUncoded(Archive& archive, Error& uncoded) {
   archive(uncoded.spacing);
   archive(uncoded.noise);
+  archive(uncoded.noise_left);
   archive(uncoded.measured);
   archive(uncoded.error);
 }

@@ -72,7 +72,8 @@ absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_v
 double ErrorOfSurface(const OpenedDss& file, double noise) {
   const DssDistance& stated = file.header.metadata.scan_to_surface;
   const double error = std::max(stated.rms, stated.p95 / 2);
-  return std::max(ErrorUnderNoise(error, noise), HeightStepOf(file));
+  constexpr double kNoiseLeft = 0.25;  // about, in heights that were fitted to points
+  return std::max(ErrorUnderNoise(error, noise, kNoiseLeft * noise), HeightStepOf(file));
 }
 
 absl::Status CheckPlace(const PointsOnSurface& points, double max_height) {

@@ -100,9 +100,8 @@ class LengthChoice {
                 region_of_point_, regions().vertex_count(),
                 [&](size_t p) { return problem_.weights()[p] * residuals[p] * residuals[p]; }),
             &risk);
-    const double of_plate = LeverageOfPlate(length, edge_);
     for (size_t v = 0; v < risk.size(); ++v) {
-      const double leverage = std::hypot(of_plate, of_domain_[v]);
+      const double leverage = LeverageAt(v, length);
       const double score = risk[v] / weight_[v] / ((1 - leverage) * (1 - leverage));
       if (!(weight_[v] > 0) || score > least_[v]) continue;
       least_[v] = static_cast<float>(score);
@@ -110,18 +109,26 @@ class LengthChoice {
     }
   }
 
-  // Per vertex of the finest level: a mean of logarithms over two rings of the regions with points.
-  std::vector<float> Lengths() const {
+  // The lengths: a mean of logarithms over two rings of the regions with points.
+  FilterLengths Chosen() const {
     std::vector<float> known(weight_.size());
     std::transform(weight_.begin(), weight_.end(), known.begin(),
                    [](float w) { return w > 0 ? 1.0f : 0.0f; });
     std::vector<float> lengths = Prolong(problem_.refinement(), level_, problem_.finest(),
                                          SmoothOverRings(regions(), chosen_, std::move(known)));
     for (float& length : lengths) length = std::exp(length);
-    return lengths;
+    double left = 0, points = 0;
+    for (size_t v = 0; v < weight_.size(); ++v) {  // of the regions' level, too
+      left += weight_[v] * LeverageAt(v, lengths[v]);
+      points += weight_[v];
+    }
+    return {std::move(lengths), points > 0 ? std::sqrt(left / points) : 1};
   }
 
  private:
+  double LeverageAt(size_t region, double length) const {
+    return std::hypot(LeverageOfPlate(length, edge_), of_domain_[region]);
+  }
   const PlateLevel& regions() const { return problem_.levels()[level_]; }
 
   const HeightProblem& problem_;
@@ -144,8 +151,8 @@ int RegionLevel(const HeightProblem& problem) {
   return level;
 }
 
-absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& problem,
-                                                       const RunContext& context) {
+absl::StatusOr<FilterLengths> ChooseFilterLengths(const HeightProblem& problem,
+                                                  const RunContext& context) {
   const int region_level = RegionLevel(problem);
   RILIEVO_ASSIGN_OR_RETURN(std::vector<int> region_of_point,
                            problem.RegionOfPoints(region_level, context));
@@ -173,7 +180,7 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
                           context));
     choice.Try(*length, residuals);
   }
-  return choice.Lengths();
+  return choice.Chosen();
 }
 
 }  // namespace rilievo

@@ -176,7 +176,7 @@ TEST(ChooseFilterLengths, NoiseWantsLongOnesAndDetailShortOnes) {
     }
   }
   const HeightProblem problem = setting.Problem();
-  const std::vector<float> lengths = *ChooseFilterLengths(problem, Threads(2));
+  const std::vector<float> lengths = ChooseFilterLengths(problem, Threads(2))->lengths;
   double clean = 0, noisy = 0;
   int clean_count = 0, noisy_count = 0;
   for (int v = 0; v < setting.domain.size(); ++v) {
@@ -187,6 +187,35 @@ TEST(ChooseFilterLengths, NoiseWantsLongOnesAndDetailShortOnes) {
   }
   EXPECT_LT(std::exp(clean / clean_count), 1);
   EXPECT_GT(std::exp(noisy / noisy_count), 3);
+}
+
+TEST(ChooseFilterLengths, TellsWhatOfTheNoiseIsLeft) {
+  const double sigma = 0.002;
+  Setting setting(22500, 0,
+                  [](double x, double y) { return 0.02 * std::sin(8 * x) * std::sin(8 * y); });
+  std::vector<float> clean;
+  Random random(4);
+  for (PointFoot& foot : setting.feet) {
+    clean.push_back(foot.offset);
+    foot.offset += static_cast<float>(sigma * Gauss(&random));
+  }
+  HeightProblem problem = setting.Problem();
+  const FilterLengths filter = *ChooseFilterLengths(problem, Threads(2));
+  const std::vector<float> heights =
+      *problem.SolveUpTo(problem.finest(), filter.lengths, 40, Threads(2));
+  double squares = 0, count = 0;
+  for (size_t p = 0; p < setting.feet.size(); ++p) {
+    const PointFoot& foot = setting.feet[p];
+    if (!foot.found()) continue;
+    double error = -clean[p];
+    for (int k = 0; k < 3; ++k) error += foot.weight[k] * heights[foot.corner[k]];
+    squares += error * error;
+    ++count;
+  }
+  const double left = std::sqrt(squares / count) / sigma;
+  EXPECT_LT(left, 0.3);
+  EXPECT_GT(filter.noise_left, left / 1.5);
+  EXPECT_LT(filter.noise_left, left * 1.5);
 }
 
 }  // namespace
