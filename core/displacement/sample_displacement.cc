@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -28,23 +29,23 @@ DisplacementField MakeField(SolvedHeights solved) {
   const size_t count = solved.height.size();
   field.source.resize(count);
   for (size_t v = 0; v < count; ++v) {
-    if (!solved.measured[v]) {
-      field.source[v] = HeightSource::kFilled;
-      ++field.filled;
-    } else if (solved.smoothed[v]) {
-      field.source[v] = HeightSource::kSmoothed;
-      ++field.smoothed;
-    } else {
-      field.source[v] = HeightSource::kMeasured;
-      ++field.measured;
-    }
+    field.source[v] = !solved.measured[v]  ? HeightSource::kFilled
+                      : solved.smoothed[v] ? HeightSource::kSmoothed
+                                           : HeightSource::kMeasured;
   }
+  CountSources(&field);
   field.heights = std::move(solved.height);
   field.noise_left = solved.noise_left;
   return field;
 }
 
 }  // namespace
+
+void CountSources(DisplacementField* field) {
+  field->measured = std::count(field->source.begin(), field->source.end(), HeightSource::kMeasured);
+  field->smoothed = std::count(field->source.begin(), field->source.end(), HeightSource::kSmoothed);
+  field->filled = std::ssize(field->source) - field->measured - field->smoothed;
+}
 
 absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const LoopRefinement& refinement, const LevelRings& rings,

@@ -23,6 +23,9 @@ struct DisplacementField {
   double noise_left = 1;  // as in SolvedHeights
 };
 
+// `measured`, `smoothed` and `filled`, from `source`.
+void CountSources(DisplacementField* field);
+
 // `rings`, `limit`: of the finest level of `refinement`, of which, unless it is the only one,
 // neither faces nor edges are asked for.
 absl::StatusOr<DisplacementField> SampleDisplacement(

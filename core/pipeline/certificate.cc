@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -13,11 +14,14 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "core/meshes/check_mesh.h"
+#include "core/pipeline/compact_parts.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/shape_input.h"
 #include "core/points/belonging.h"
 #include "core/scan/scan_surface.h"
-#include "core/surface/count_folds.h"
+#include "core/surface/heights_in_memory.h"
+#include "core/surface/part_triangles.h"
+#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 namespace {
@@ -49,6 +53,25 @@ absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& st
   const auto scale = static_cast<float>(cleaned.diagonal / frame.diagonal);
   for (float& gap : points.gaps) gap *= scale;
   return points;
+}
+
+// CountFolds() in parts, whose limit surfaces take little memory; on one thread.
+absl::StatusOr<int64_t> CountFoldsOf(const DisplacedSurface& surface, RunContext context) {
+  constexpr int64_t kVerticesAtOnce = 1 << 16;
+  context.threads = 1;
+  const ControlMesh& mesh = surface.control_mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(mesh));
+  const MeshTopology& topology = cutter.topology();
+  const HeightsInMemory heights(surface, topology);
+  const StoredSurface stored = Stored(surface, heights);
+  const int64_t faces = kVerticesAtOnce * topology.face_count() / std::ssize(surface.heights);
+  int64_t folds = 0;
+  for (const std::vector<int>& part : CompactParts(mesh, topology, std::max<int64_t>(1, faces))) {
+    RILIEVO_ASSIGN_OR_RETURN(const SurfacePart cut, ReadPart(stored, cutter, part, 0));
+    RILIEVO_ASSIGN_OR_RETURN(const PartTriangles triangles, TrianglesOfPart(cut, context));
+    folds += triangles.folds;
+  }
+  return folds;
 }
 
 class FigureList {
@@ -198,8 +221,7 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
   RILIEVO_ASSIGN_OR_RETURN(Shape triangles, FinestTriangles(decoded, context));
   ReleaseToOsAfter(context.points);  // what the refinement took
   const auto count_folds = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(metadata.folds,
-                             CountFolds(decoded, triangles.vertices, triangles.triangles, context));
+    RILIEVO_ASSIGN_OR_RETURN(metadata.folds, CountFoldsOf(decoded, context));
     return absl::OkStatus();
   };
   const auto measure = [&]() -> absl::Status {
@@ -212,7 +234,6 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
   } else {
     RILIEVO_ASSIGN_OR_RETURN(const StatedOptions asked, ReadOptionsText(metadata.options));
     triangles.filled = FilledVertices(decoded, asked.options.control);
-    // The domain is refined for the folds on one thread.
     RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, measure, count_folds));
     StateErrors(error, &metadata);
   }

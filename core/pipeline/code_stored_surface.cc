@@ -17,6 +17,7 @@
 #include "core/geometry/vertex_normals.h"
 #include "core/paging/paged_scan.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/compact_parts.h"
 #include "core/pipeline/run_parts.h"
 #include "core/pipeline/shared_coding.h"
 #include "core/surface/heights_in_memory.h"
@@ -27,18 +28,10 @@ namespace {
 
 using FaceLists = std::vector<std::vector<int>>;
 
-// Compact parts of the control faces, each with about block.vertices of the finest level or with
+// Parts of the control faces, each with about block.vertices of the finest level or with
 // block.points of the `points` near it, whichever makes it smaller.
 FaceLists PartsToMeasure(const StoredSurface& surface, const MeshTopology& control,
                          const BlockSize& block, int64_t points) {
-  constexpr double kGrid = 1 << 20;  // per diagonal
-  std::vector<GridPoint> places(control.vertex_count);
-  for (int v = 0; v < control.vertex_count; ++v) {
-    for (int axis = 0; axis < 3; ++axis) {
-      places[v][axis] =
-          static_cast<int32_t>(std::lround(kGrid * surface.control_mesh.vertices(axis, v)));
-    }
-  }
   const auto share = [&control](int64_t most, int64_t all) {
     return most * control.face_count() / std::max<int64_t>(all, 1);
   };
@@ -46,7 +39,7 @@ FaceLists PartsToMeasure(const StoredSurface& surface, const MeshTopology& contr
   const int64_t faces =
       std::clamp<int64_t>(std::min(share(block.vertices, vertices), share(block.points, points)), 1,
                           control.face_count());
-  return GroupFaces(control, places, static_cast<int>(faces)).members;
+  return CompactParts(surface.control_mesh, control, faces);
 }
 
 double AreaOf(const ControlMesh& mesh) {

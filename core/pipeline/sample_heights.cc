@@ -15,6 +15,7 @@
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
+#include "core/pipeline/heights_in_parts.h"
 
 namespace rilievo {
 namespace {
@@ -25,6 +26,10 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    " make more than max_surface_faces, ", most,
                                                    "; lower max_level or target_faces"));
 }
+
+// Of the finest level: so many heights at a time are found in 0.1 GB. A surface of no more than
+// twice as many is measured at once.
+constexpr int64_t kPartVertices = 300'000;
 
 // Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
 // smoother.
@@ -56,15 +61,24 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
                            LevelFor(leveled, scan.cloud.points.cols(), scan.cloud.median_spacing,
                                     scan.cloud.median_noise, mesh.faces.cols()));
   surface.max_level = level;
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(mesh));
+  DisplacementField field;
+  const bool in_parts = VertexCountAt(cutter.topology(), level) > 2 * kPartVertices;
+  if (in_parts) {
+    RILIEVO_ASSIGN_OR_RETURN(field,
+                             MeasureHeightsInParts(scan.cloud, mesh, cutter, level, kPartVertices,
+                                                   options.displacement, context));
+  }
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
   const LevelRings rings =
       level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
   RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
                            EvaluateLimit(refinement, mesh.vertices, level, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      DisplacementField field,
-      SampleDisplacement(scan.cloud, refinement, rings, limit, options.displacement, context));
+  if (!in_parts) {
+    RILIEVO_ASSIGN_OR_RETURN(field, SampleDisplacement(scan.cloud, refinement, rings, limit,
+                                                       options.displacement, context));
+  }
   if (options.control.fills_holes()) {
     RILIEVO_RETURN_IF_ERROR(
         ContinueCurvature(refinement, rings, limit, options.displacement, context, &field));

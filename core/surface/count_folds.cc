@@ -32,19 +32,13 @@ absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunCon
   DisplacedSurface unit = surface;
   unit.frame = {};
   RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
-  return CountFolds(surface, mesh.vertices, mesh.triangles, context);
-}
-
-absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
-                                   const Eigen::Matrix3Xd& vertices,
-                                   const Eigen::Matrix3Xi& triangles, const RunContext& context) {
   const int coarser = std::max(0, surface.max_level - 1);
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineTopology(surface.control_mesh, coarser, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const LimitSurface limit,
       EvaluateLimit(refinement, surface.control_mesh.vertices, surface.max_level, context));
-  return CountFolds(limit, vertices, triangles, context);
+  return CountFolds(limit, mesh.vertices, mesh.triangles, context);
 }
 
 absl::StatusOr<int64_t> CountFolds(const LimitSurface& limit, const Eigen::Matrix3Xd& vertices,

@@ -18,13 +18,8 @@ namespace rilievo {
 // INVALID_ARGUMENT as Tessellate().
 absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunContext& context);
 
-// The same of a surface whose triangles are there already: `vertices` and `triangles` of its finest
-// level, in the unit frame.
-absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
-                                   const Eigen::Matrix3Xd& vertices,
-                                   const Eigen::Matrix3Xi& triangles, const RunContext& context);
-
-// The same over `limit`, whose positions and normals are those of these vertices.
+// The same of `vertices` and `triangles` over `limit`, whose positions and normals are those of
+// these vertices.
 absl::StatusOr<int64_t> CountFolds(const LimitSurface& limit, const Eigen::Matrix3Xd& vertices,
                                    const Eigen::Matrix3Xi& triangles, const RunContext& context);
 
