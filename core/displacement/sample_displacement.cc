@@ -35,7 +35,7 @@ DisplacementField MakeField(SolvedHeights solved) {
   }
   CountSources(&field);
   field.heights = std::move(solved.height);
-  field.noise_left = solved.noise_left;
+  field.leverage = solved.leverage;
   return field;
 }
 

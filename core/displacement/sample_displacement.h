@@ -20,7 +20,7 @@ struct DisplacementField {
   std::vector<float> heights;        // per vertex of the finest level, unit frame
   std::vector<HeightSource> source;  // same
   int64_t measured = 0, smoothed = 0, filled = 0;
-  double noise_left = 1;  // as in SolvedHeights
+  double leverage = 1;  // as in SolvedHeights
 };
 
 // `measured`, `smoothed` and `filled`, from `source`.

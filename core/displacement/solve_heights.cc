@@ -80,8 +80,7 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   const std::vector<float> first(1, 1.0f);
   problem.PreferNearPoints();
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> heights,
-                           problem.SolveUpTo(finest, first, kSolve.steps, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> heights, problem.SolveUpTo(finest, first, context));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
   problem.Release();
   if (!IsLeftOut(Mechanism::kReachPoints)) {
@@ -91,7 +90,7 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
   RILIEVO_ASSIGN_OR_RETURN(const FilterLengths filter, ChooseFilterLengths(problem, context));
   const std::vector<float>& lengths = filter.lengths;
-  RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, kSolve.steps, context));
+  RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, context));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
   SolvedHeights solved;
   solved.measured = MeasuredVertices(problem, limit);
@@ -99,14 +98,13 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   if (std::find(measured.begin(), measured.end(), 0) != measured.end()) {
     problem.Fill(measured);
     RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
-    RILIEVO_ASSIGN_OR_RETURN(heights,
-                             problem.SolveUpTo(finest, lengths, kSolve.steps, context, &heights));
+    RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, context, &heights));
   } else {
     RILIEVO_RETURN_IF_ERROR(problem.Assemble(finest, context));
     RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
   }
   solved.height = std::move(heights);
-  solved.noise_left = filter.noise_left;
+  solved.leverage = filter.leverage;
   solved.smoothed.resize(lengths.size());
   std::transform(lengths.begin(), lengths.end(), solved.smoothed.begin(),
                  [](float length) { return length > kSolve.smoothed ? 1 : 0; });

@@ -18,7 +18,9 @@ struct SolvedHeights {
   std::vector<float> height;      // along the limit normal, unit frame
   std::vector<uint8_t> measured;  // points lie near it
   std::vector<uint8_t> smoothed;  // the height is that of points around it
-  double noise_left = 1;          // of the points' noise, the RMS share that is in the heights
+  // The mean share of a point in its own height: the part of the points' variance that the heights
+  // have, at most.
+  double leverage = 1;
 };
 
 // The heights that minimise

@@ -55,18 +55,19 @@ absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& st
   return points;
 }
 
-// CountFolds() in parts, whose limit surfaces take little memory; on one thread.
-absl::StatusOr<int64_t> CountFoldsOf(const DisplacedSurface& surface, RunContext context) {
-  constexpr int64_t kVerticesAtOnce = 1 << 16;
-  context.threads = 1;
+// Counted in parts, whose limit surfaces take little memory.
+absl::StatusOr<int64_t> CountFoldsOf(const DisplacedSurface& surface, const RunContext& context) {
+  constexpr int64_t kVerticesAtOnce = 1 << 16, kMostParts = 64;
   const ControlMesh& mesh = surface.control_mesh;
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(mesh));
   const MeshTopology& topology = cutter.topology();
   const HeightsInMemory heights(surface, topology);
   const StoredSurface stored = Stored(surface, heights);
-  const int64_t faces = kVerticesAtOnce * topology.face_count() / std::ssize(surface.heights);
+  const int64_t faces = topology.face_count();
+  const int64_t at_once = std::max(kVerticesAtOnce * faces / std::ssize(surface.heights),
+                                   (faces + kMostParts - 1) / kMostParts);
   int64_t folds = 0;
-  for (const std::vector<int>& part : CompactParts(mesh, topology, std::max<int64_t>(1, faces))) {
+  for (const std::vector<int>& part : CompactParts(mesh, topology, at_once)) {
     RILIEVO_ASSIGN_OR_RETURN(const SurfacePart cut, ReadPart(stored, cutter, part, 0));
     RILIEVO_ASSIGN_OR_RETURN(const PartTriangles triangles, TrianglesOfPart(cut, context));
     folds += triangles.folds;

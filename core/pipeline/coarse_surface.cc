@@ -163,7 +163,7 @@ void VisitCoarse(Archive& archive, Surface& coarse) {
   archive(surface.max_level);
   archive(surface.heights);
   archive(surface.sources);
-  archive(coarse.sampled.noise_left);
+  archive(coarse.sampled.leverage);
 }
 
 std::vector<uint8_t> Saved(const CoarseSurface& coarse) {
@@ -192,7 +192,8 @@ bool IsConsistent(const CoarseSurface& coarse) {
   const DisplacedSurface& surface = coarse.sampled.surface;
   const PointMedians& medians = coarse.all_points;
   if (!(medians.spacing > 0) || !std::isfinite(medians.spacing) || !(medians.noise >= 0) ||
-      !std::isfinite(medians.noise)) {
+      !std::isfinite(medians.noise) || !(coarse.sampled.leverage > 0) ||
+      !(coarse.sampled.leverage <= 1)) {
     return false;
   }
   if (!frame.center.allFinite() || !std::isfinite(frame.diagonal) || frame.diagonal <= 0 ||

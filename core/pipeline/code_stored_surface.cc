@@ -164,7 +164,7 @@ class StoredCoding {
   // Before the heights are coded.
   absl::StatusOr<UncodedError> ErrorBefore(const ThinnedPoints& thinned) const {
     UncodedError uncoded{
-        thinned.median_spacing, thinned.median_noise, thinned.noise_left, options_.measure, {}};
+        thinned.median_spacing, thinned.median_noise, thinned.leverage, options_.measure, {}};
     if (!options_.measure) return uncoded;
     if (options_.encode.max_error) {
       RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(PartsOf(surface_)));

@@ -32,9 +32,7 @@ std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter&
 struct ThinnedPoints {
   Eigen::Matrix3Xd some;  // SomePoints()
   double median_spacing = 0, median_noise = 0;
-  // Of the noise, what the heights of the thinned points have followed; those of all points have
-  // followed less.
-  double noise_left = 0;
+  double leverage = 1;  // of the heights over them, for that of the heights from all points
 };
 
 struct BlockSize {

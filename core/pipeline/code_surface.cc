@@ -113,16 +113,16 @@ DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces
   return metadata;
 }
 
-double ErrorUnderNoise(double distance, double noise, double left) {
-  return distance < 2 * noise ? std::min(distance, left) : distance;
+double ErrorUnderNoise(double distance, double noise, double leverage) {
+  return distance < 2 * noise ? std::min(distance, std::sqrt(leverage) * noise) : distance;
 }
 
 double OwnError(const UncodedError& uncoded) {
   constexpr double kSpacings = 1.0 / 80;
-  double own = kSpacings * uncoded.spacing;
   const DistanceSummary& distance = uncoded.error.b_to_a;
-  if (uncoded.measured) own = std::max(own, std::min(distance.rms, distance.p95 / 2));
-  return ErrorUnderNoise(own, uncoded.noise, uncoded.noise_left);
+  const double own = uncoded.measured ? std::min(distance.rms, distance.p95 / 2) : 0;
+  return std::max(kSpacings * uncoded.spacing,
+                  ErrorUnderNoise(own, uncoded.noise, uncoded.leverage));
 }
 
 double CodingError(const UncodedError& uncoded) {
@@ -156,11 +156,7 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
                                          const ReconstructOptions& options,
                                          const PipelineContext& context) {
   CodedSurface coded;
-  coded.uncoded = {cloud.median_spacing,
-                   cloud.median_noise,
-                   sampled.noise_left * cloud.median_noise,
-                   options.measure,
-                   {}};
+  coded.uncoded = {cloud.median_spacing, cloud.median_noise, sampled.leverage, options.measure, {}};
   if (options.measure) {
     Shape shape = std::move(sampled.shape);
     shape.filled = FilledVertices(sampled.surface, options.control);

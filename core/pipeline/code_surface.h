@@ -21,15 +21,15 @@ namespace rilievo {
 // How far a surface lies from its points before it is coded; fractions of the diagonal.
 struct UncodedError {
   double spacing = 0, noise = 0;  // medians of the points
-  double noise_left = 0;          // of the noise, what the heights have followed
+  double leverage = 1;            // as in SolvedHeights
   bool measured = false;          // what follows
   // Of the points from the surface; with encode.max_error all that the certificate will state.
   TwoSidedError error;
 };
 
-// What a surface errs whose points are `distance` off it: where most of that is noise (a standard
-// deviation), which the surface has not followed, no more than the `left` of it that it has.
-double ErrorUnderNoise(double distance, double noise, double left);
+// What a surface errs whose points are `distance` off it. Where most of that is noise (a standard
+// deviation) the surface has not followed it: it errs by the root of its `leverage` in noise.
+double ErrorUnderNoise(double distance, double noise, double leverage);
 
 // Estimate of the surface's RMS distance from the truth: on a clean scan that of the points from
 // the surface, on a noisy one ErrorUnderNoise(). Of the distances

@@ -19,17 +19,49 @@
 namespace rilievo {
 namespace {
 
-// The control faces' triangles where points look for theirs.
+// Of the triangles among which points look for their control face.
 constexpr int kSearchLevel = 1;
+
+// Around a part, at least: so many edges of the finest level. Filters and their regions reach less
+// far.
+constexpr int kEdgesAround = 16;
+// A height where no points are still tells of one so many control edges away: exp(-12 / 6), see
+// SolveSettings::height_range.
+constexpr int kBareRings = 12;
 
 // Points by control face.
 struct PointsOfFaces {
   std::vector<size_t> begin;  // face f has the places [begin[f], begin[f + 1])
   std::vector<int> points;    // ascending for each face
+  bool AreOn(int face) const { return begin[face] < begin[face + 1]; }
 };
 
-// Each point is with the face whose limit surface is nearest to it, of those near it whose normal
-// agrees where there is one.
+// Beside the faces that touch a part.
+int RingsAround(int level) { return std::max(0, (kEdgesAround >> level) - 1); }
+
+// A part with the faces without points that adjoin it, as far as kBareRings of them, so that all
+// parts around a hole see the same of it. Ascending.
+std::vector<int> WithBareFaces(const MeshTopology& topology, const PointsOfFaces& points,
+                               const std::vector<int>& part) {
+  std::vector<int> all = part, front = part, next;
+  std::vector<uint8_t> taken(topology.face_count(), 0);
+  for (const int f : part) taken[f] = 1;
+  for (int ring = 0; ring < kBareRings && !front.empty(); ++ring, front.swap(next)) {
+    next.clear();
+    for (const int f : front) {
+      for (const int neighbor : topology.face_neighbors.col(f)) {
+        if (neighbor < 0 || taken[neighbor] != 0 || points.AreOn(neighbor)) continue;
+        taken[neighbor] = 1;
+        next.push_back(neighbor);
+      }
+    }
+    all.insert(all.end(), next.begin(), next.end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+// Each point is with the nearest face; of several near it, with the nearest whose normal agrees.
 absl::StatusOr<std::vector<int>> FaceOfEach(const OrientedCloud& cloud, const ControlMesh& mesh,
                                             const DisplacementOptions& options,
                                             const RunContext& context) {
@@ -133,7 +165,8 @@ absl::StatusOr<DisplacementField> MeasureHeightsInParts(
   silent.progress = nullptr;
   const auto measure = [&](size_t part, MeasuredPart* measured) -> absl::Status {
     if (part >= parts.size()) return absl::OkStatus();
-    const SubMesh sub = cutter.Cut(parts[part], 0);
+    const SubMesh sub =
+        cutter.Cut(WithBareFaces(topology, of_faces, parts[part]), RingsAround(level));
     const OrientedCloud near = CloudOf(sub.faces, of_faces, cloud);
     measured->points = static_cast<double>(near.points.cols());
     RILIEVO_ASSIGN_OR_RETURN(measured->found, MeasureFaces(sub, PlacesOf(parts[part], sub.faces),
@@ -144,7 +177,7 @@ absl::StatusOr<DisplacementField> MeasureHeightsInParts(
   field.heights.resize(static_cast<size_t>(vertices));
   field.source.resize(static_cast<size_t>(vertices));
   const FaceVertices whole(topology, level);
-  double left = 0, points = 0;
+  double leverage = 0, points = 0;
   // Two at a time, for not all of a part's work is for several threads.
   for (size_t part = 0; part < parts.size(); part += 2) {
     context.Report(Stage::kDisplacement,
@@ -155,12 +188,12 @@ absl::StatusOr<DisplacementField> MeasureHeightsInParts(
         [&] { return measure(part + 1, &both[1]); }));
     for (size_t k = 0; k < both.size() && part + k < parts.size(); ++k) {
       PutInto(both[k].found, parts[part + k], whole, &field);
-      left += both[k].points * both[k].found.noise_left * both[k].found.noise_left;
+      leverage += both[k].points * both[k].found.leverage;
       points += both[k].points;
     }
   }
   CountSources(&field);
-  field.noise_left = points > 0 ? std::sqrt(left / points) : 1;
+  field.leverage = points > 0 ? leverage / points : 1;
   return field;
 }
 

@@ -11,10 +11,11 @@
 
 namespace rilievo {
 
-// What SampleDisplacement() finds at `level` over `mesh`, which `cutter` cuts, but for what is far
-// from a part: its heights come of its own points and of those of the control faces that touch it.
-// A vertex between parts has the height of the last one. `part_vertices`: of the finest level, of a
-// part at most.
+// What SampleDisplacement() finds at `level` over `mesh`, which `cutter` cuts, but that the heights
+// of a part come of the points on it and around it alone; around it are the control faces that
+// touch it, at least 16 edges of the finest level, and what adjoins it of a hole. A vertex between
+// parts has the height of the last one. A part has at most `part_vertices` vertices of the finest
+// level, those around it aside.
 absl::StatusOr<DisplacementField> MeasureHeightsInParts(
     const OrientedCloud& cloud, const ControlMesh& mesh, const PartCutter& cutter, int level,
     int64_t part_vertices, const DisplacementOptions& options, const RunContext& context);

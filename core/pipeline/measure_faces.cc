@@ -38,7 +38,7 @@ absl::StatusOr<HeightsOfFaces> MeasureFaces(const SubMesh& sub, const std::vecto
   }
   const FaceVertices vertices(refinement.levels.front(), level);
   HeightsOfFaces found;
-  found.noise_left = field.noise_left;
+  found.leverage = field.leverage;
   std::vector<int> of_face;
   for (const int f : inner) {
     vertices.Of(f, of_face);

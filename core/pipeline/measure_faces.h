@@ -16,7 +16,7 @@ namespace rilievo {
 struct HeightsOfFaces {
   std::vector<float> heights;
   std::vector<HeightSource> sources;
-  double noise_left = 1;  // as in DisplacementField
+  double leverage = 1;  // as in DisplacementField
 };
 
 // Heights at `level` of those faces of `sub` whose numbers there are in `inner`, ascending; from

@@ -16,6 +16,7 @@
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/pipeline/heights_in_parts.h"
+#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 namespace {
@@ -27,8 +28,7 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    "; lower max_level or target_faces"));
 }
 
-// Of the finest level: so many heights at a time are found in 0.1 GB. A surface of no more than
-// twice as many is measured at once.
+// The heights of so many vertices take 0.1 GB to find; those of twice as many are found at once.
 constexpr int64_t kPartVertices = 300'000;
 
 // Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
@@ -104,7 +104,7 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   shape.children_per_face = 1 << (2 * level);
   surface.heights = std::move(field.heights);
   surface.sources = std::move(field.source);
-  sampled.noise_left = field.noise_left;
+  sampled.leverage = field.leverage;
   return sampled;
 }
 

@@ -18,7 +18,7 @@ struct SampledSurface {
   Domain domain;             // the one given, or cut and fitted once more
   DisplacedSurface surface;  // over its mesh, rounded
   Shape shape;               // of the finest level, unit frame
-  double noise_left = 1;     // as in SolvedHeights
+  double leverage = 1;       // as in SolvedHeights
 };
 
 // The level, 1 to 6, whose displaced vertices are about as dense as so many points.

@@ -1,6 +1,7 @@
 #include "core/pipeline/shared_coding.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -17,7 +18,7 @@ template <typename Archive, typename Error>
 void VisitUncoded(Archive& archive, Error& uncoded) {
   archive(uncoded.spacing);
   archive(uncoded.noise);
-  archive(uncoded.noise_left);
+  archive(uncoded.leverage);
   archive(uncoded.measured);
   archive(uncoded.error);
 }
@@ -29,6 +30,11 @@ void VisitCoded(Archive& archive, Coded& coded) {
   archive(coded.encoded.height_step);
   archive(coded.encoded.height_rms);
   archive(coded.encoded.height_max);
+}
+
+bool IsPossible(const UncodedError& uncoded) {
+  return uncoded.spacing >= 0 && std::isfinite(uncoded.spacing) && uncoded.noise >= 0 &&
+         std::isfinite(uncoded.noise) && uncoded.leverage >= 0 && uncoded.leverage <= 1;
 }
 
 void TellNobody(double /*share*/) {}
@@ -48,7 +54,8 @@ absl::Status ShareUncoded(const std::function<absl::Status()>& find, SharedParts
   step.take = [uncoded](int part, std::span<const uint8_t> bytes) {
     ValueReader reader(bytes);
     VisitUncoded(reader, *uncoded);
-    return reader.Finished() ? absl::OkStatus() : NotOfPart(PartStep::kUncoded, part);
+    return reader.Finished() && IsPossible(*uncoded) ? absl::OkStatus()
+                                                     : NotOfPart(PartStep::kUncoded, part);
   };
   return RunParts(step, {TellNobody, shared}, context);
 }
@@ -97,7 +104,7 @@ std::vector<uint8_t> BytesOfCoded(const CodedStoredSurface& coded) {
 bool ReadCoded(std::span<const uint8_t> bytes, CodedStoredSurface* coded) {
   ValueReader reader(bytes);
   VisitCoded(reader, *coded);
-  return reader.Finished();
+  return reader.Finished() && IsPossible(coded->uncoded);
 }
 
 }  // namespace rilievo

@@ -142,8 +142,7 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   surface.max_level = stored.max_level;
   FreeMemoryOf(&surface.heights);
   FreeMemoryOf(&surface.sources);
-  const double noise = coarse->all_points.noise;
-  ThinnedPoints some{{}, coarse->all_points.spacing, noise, sampled.noise_left * noise};
+  ThinnedPoints some{{}, coarse->all_points.spacing, coarse->all_points.noise, sampled.leverage};
   { const ScanSurface spent = std::move(scan); }
 
   const Grouping grouping(stored, cutter, sizes, options);

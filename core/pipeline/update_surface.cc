@@ -72,8 +72,8 @@ absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_v
 double ErrorOfSurface(const OpenedDss& file, double noise) {
   const DssDistance& stated = file.header.metadata.scan_to_surface;
   const double error = std::max(stated.rms, stated.p95 / 2);
-  constexpr double kNoiseLeft = 0.25;  // about, in heights that were fitted to points
-  return std::max(ErrorUnderNoise(error, noise, kNoiseLeft * noise), HeightStepOf(file));
+  constexpr double kLeverage = 1.0 / 16;  // of most heights; the file does not tell
+  return std::max(ErrorUnderNoise(error, noise, kLeverage), HeightStepOf(file));
 }
 
 absl::Status CheckPlace(const PointsOnSurface& points, double max_height) {

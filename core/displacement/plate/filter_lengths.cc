@@ -117,12 +117,12 @@ class LengthChoice {
     std::vector<float> lengths = Prolong(problem_.refinement(), level_, problem_.finest(),
                                          SmoothOverRings(regions(), chosen_, std::move(known)));
     for (float& length : lengths) length = std::exp(length);
-    double left = 0, points = 0;
+    double sum = 0, points = 0;
     for (size_t v = 0; v < weight_.size(); ++v) {  // of the regions' level, too
-      left += weight_[v] * LeverageAt(v, lengths[v]);
+      sum += weight_[v] * LeverageAt(v, lengths[v]);
       points += weight_[v];
     }
-    return {std::move(lengths), points > 0 ? std::sqrt(left / points) : 1};
+    return {std::move(lengths), points > 0 ? sum / points : 1};
   }
 
  private:
@@ -168,7 +168,7 @@ absl::StatusOr<FilterLengths> ChooseFilterLengths(const HeightProblem& problem,
     const std::vector<float> same(1, static_cast<float>(*length));
     const int next = LevelFor(problem, *length * problem.MeanSpacing(), region_level);
     if (level < 0) {
-      RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(next, same, kSolve.steps, context));
+      RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(next, same, context));
     } else {
       heights = Prolong(problem.refinement(), level, next, std::move(heights));
       RILIEVO_RETURN_IF_ERROR(problem.Relax(next, same, kSolve.trial_steps, context, &heights));

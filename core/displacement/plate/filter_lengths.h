@@ -14,9 +14,7 @@ int RegionLevel(const HeightProblem& problem);
 
 struct FilterLengths {
   std::vector<float> lengths;  // in spacings, per vertex of the finest level
-  // Of the noise, the RMS share that the filters leave in the heights: the root of L below, in the
-  // mean of the points.
-  double noise_left = 1;
+  double leverage = 1;         // L below, in the mean of the points
 };
 
 // The lengths are those of least generalised cross-validation over regions, a vertex of RegionLevel

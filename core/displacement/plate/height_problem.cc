@@ -111,17 +111,17 @@ absl::Status HeightProblem::Relax(int level, const std::vector<float>& lengths, 
 
 absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
                                                             const std::vector<float>& lengths,
-                                                            int steps, const RunContext& context,
-                                                            const std::vector<float>* known) const {
+                                                            const RunContext& context,
+                                                            const std::vector<float>* start) const {
   std::vector<float> heights(levels_.front().vertex_count(), 0.0);
   for (int l = 0; l <= level; ++l) {
     if (l > 0) heights = Prolong(*refinement_, l - 1, l, std::move(heights));
-    if (l == finest() && known != nullptr) {
+    if (l == finest() && start != nullptr) {
       for (size_t v = 0; v < heights.size(); ++v) {
-        if (measured_.empty() || measured_[v] != 0) heights[v] = (*known)[v];
+        if (measured_.empty() || measured_[v] != 0) heights[v] = (*start)[v];
       }
     }
-    RILIEVO_RETURN_IF_ERROR(Relax(l, lengths, steps, context, &heights));
+    RILIEVO_RETURN_IF_ERROR(Relax(l, lengths, kSolve.steps, context, &heights));
   }
   return heights;
 }

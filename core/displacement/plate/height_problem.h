@@ -28,13 +28,13 @@ class HeightProblem {
   // from `first` on.
   absl::Status Assemble(int first, const RunContext& context);
 
-  // Heights of level `level` from those of the level before, all the way from the first, with at
-  // most so many `steps` on each; `lengths`: the filter lengths, in spacings, per vertex of that
-  // level or a finer one (levels nest), or one for all. `known`: heights of the finest level that
-  // hold where they are measured, or null.
+  // Heights of level `level` from those of the level before, all the way from the first; `lengths`:
+  // the filter lengths, in spacings, per vertex of that level or a finer one (levels nest), or one
+  // for all. `start`, or null: of the finest level, which begins with these where Fill() does not
+  // make it fill.
   absl::StatusOr<std::vector<float>> SolveUpTo(int level, const std::vector<float>& lengths,
-                                               int steps, const RunContext& context,
-                                               const std::vector<float>* known = nullptr) const;
+                                               const RunContext& context,
+                                               const std::vector<float>* start = nullptr) const;
   // The same on `level` alone, from heights near the solution.
   absl::Status Relax(int level, const std::vector<float>& lengths, int steps,
                      const RunContext& context, std::vector<float>* heights) const;

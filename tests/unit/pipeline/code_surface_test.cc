@@ -12,7 +12,7 @@ namespace {
 
 UncodedError Uncoded(double rms, double p95, double noise, bool measured = true) {
   UncodedError uncoded{
-      .spacing = 0.004, .noise = noise, .noise_left = noise / 4, .measured = measured, .error = {}};
+      .spacing = 0.004, .noise = noise, .leverage = 1.0 / 16, .measured = measured, .error = {}};
   uncoded.error.b_to_a.rms = rms;
   uncoded.error.b_to_a.p95 = p95;
   return uncoded;

@@ -61,8 +61,8 @@ TEST(ReconstructTest, TheFileHoldsTheSurface) {
   }
   EXPECT_GT(measured, 5000);
   const ReconstructReport& report = result->report;
-  const UncodedError uncoded{report.median_spacing, report.median_noise, report.median_noise / 4,
-                             true, report.error};
+  const UncodedError uncoded{report.median_spacing, report.median_noise, 1.0 / 16, true,
+                             report.error};
   EXPECT_LT(std::sqrt(squares / measured), 1.1 * CodingError(uncoded));
   EXPECT_EQ(decoded.metadata.scan_points, 10000);
 }
