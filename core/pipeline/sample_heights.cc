@@ -28,9 +28,6 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    "; lower max_level or target_faces"));
 }
 
-// The heights of so many vertices take 0.1 GB to find; those of twice as many are found at once.
-constexpr int64_t kPartVertices = 300'000;
-
 // Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
 // smoother.
 int ChooseLevel(const ReconstructOptions& options, int64_t points, double spacing, double noise,

@@ -1,7 +1,6 @@
 #include "core/surface/count_folds.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <atomic>
 
 #include "core/base/parallel_for.h"
@@ -27,19 +26,6 @@ bool IsTurnedOver(const Eigen::Vector3i& face, const Eigen::Matrix3Xd& displaced
 }
 
 }  // namespace
-
-absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunContext& context) {
-  DisplacedSurface unit = surface;
-  unit.frame = {};
-  RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
-  const int coarser = std::max(0, surface.max_level - 1);
-  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
-                           RefineTopology(surface.control_mesh, coarser, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const LimitSurface limit,
-      EvaluateLimit(refinement, surface.control_mesh.vertices, surface.max_level, context));
-  return CountFolds(limit, mesh.vertices, mesh.triangles, context);
-}
 
 absl::StatusOr<int64_t> CountFolds(const LimitSurface& limit, const Eigen::Matrix3Xd& vertices,
                                    const Eigen::Matrix3Xi& triangles, const RunContext& context) {

@@ -23,9 +23,11 @@ constexpr int kUsualNeighbors = 16, kFewNeighbors = 12;
 constexpr int64_t kNeighbor = 11, kMissingNeighbor = 250;
 // While the domain is fitted: of a point and of a sample, with the control mesh below it.
 constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
-// While the surface is sampled and coded: of a point, of a face of the finest level, and of one
-// where there are more than five for a point, so that most heights are filled in.
-constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
+// While the surface is sampled and coded: of a point, of a face of the finest level whose heights
+// are found at once, of any face, and of one where there are more than five for a point, so that
+// most heights are filled in.
+constexpr int64_t kSampledPoint = 60, kFace = 150, kCodedFace = 105, kFilledFace = 215;
+constexpr int64_t kFacesAtOnce = 4 * kPartVertices;  // two parts; a vertex has two faces
 // The number of a point's station with its vote and weight, and its normal, while sides are
 // decided; its colour, from the first to the last.
 constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16, kColorOfPoint = 3;
@@ -102,7 +104,8 @@ int64_t EstimateMemory(const JobRequest& job) {
                            (implicit ? kNode * MostImplicitNodes(points) : 0);
   const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
                       kSample * Samples(control_faces, points, options.fit.sample_level);
-  const int64_t surface = kSampledPoint * points + kFace * telling +
+  const int64_t surface = kSampledPoint * points +
+                          std::max(kFace * std::min(telling, kFacesAtOnce), kCodedFace * telling) +
                           kFilledFace * (faces - telling) +
                           (job.size.layout.colors ? kColoredFace * faces : 0);
   const int64_t check =

@@ -14,9 +14,9 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/points_on_surface.h"
 #include "core/pipeline/reconstruct.h"
-#include "core/surface/count_folds.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
+#include "tests/unit/surface/whole_folds.h"
 
 namespace rilievo {
 namespace {
@@ -86,7 +86,7 @@ TEST(UpdateSurfaceTest, WhatChangedIsAsExactAsARebuild) {
       EXPECT_TRUE(std::equal(before.begin(), before.end(), update->dss.begin()));
       EXPECT_EQ(update->dss.size(),
                 before.size() + static_cast<size_t>(update->report.update_bytes));
-      EXPECT_EQ(CountFolds(DecodeDss(update->dss, {})->surface, {}).value(), 0);
+      EXPECT_EQ(CountFolds(DecodeDss(update->dss, {})->surface), 0);
       EXPECT_LT(ErrorAgainst(update->dss, scan).rms, 1.05 * ErrorAgainst(rebuilt, scan).rms);
       EXPECT_NEAR(ErrorAgainst(update->dss, given).rms, update->report.after.rms, 1e-9);
       const DecodedSurface old_surface = *DecodeDss(before, {}), now = *DecodeDss(update->dss, {});

@@ -9,11 +9,11 @@
 #include <numeric>
 #include <set>
 
-#include "core/surface/count_folds.h"
 #include "core/surface/heights_in_memory.h"
 #include "core/surface/surface_samples.h"
 #include "tests/unit/surface/pages_in_memory.h"
 #include "tests/unit/surface/test_shapes.h"
+#include "tests/unit/surface/whole_folds.h"
 
 namespace rilievo {
 namespace {
@@ -98,7 +98,7 @@ TEST_P(PartTrianglesTest, AreThoseOfTheWhole) {
   }
   EXPECT_EQ(at, whole.triangles.cols());
   const PartsError counted = CountParts(parts, RunContext()).value();
-  EXPECT_EQ(counted.folds, CountFolds(in_parts.surface(), RunContext()).value());
+  EXPECT_EQ(counted.folds, CountFolds(in_parts.surface()));
   EXPECT_GT(counted.folds, 0);
   for (const HeightSource source :
        {HeightSource::kMeasured, HeightSource::kSmoothed, HeightSource::kFilled}) {

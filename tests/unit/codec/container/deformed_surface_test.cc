@@ -4,8 +4,8 @@
 
 #include <numbers>
 
-#include "core/surface/count_folds.h"
 #include "tests/unit/codec/test_surfaces.h"
+#include "tests/unit/surface/whole_folds.h"
 
 namespace rilievo {
 namespace {
@@ -27,15 +27,15 @@ TEST(DeformedSurfaceTest, ABendBy90DegreesFoldsNoMoreThanTheDomain) {
     DecodedSurface decoded;
     decoded.surface = SurfaceOver(mesh, 3, 1e-3, 1e-3);
     const SpatialFrame& frame = decoded.surface.frame;
-    ASSERT_EQ(*CountFolds(decoded.surface, RunContext()), 0);
+    ASSERT_EQ(CountFolds(decoded.surface), 0);
     ControlMesh cage = decoded.surface.control_mesh;
     for (auto vertex : cage.vertices.colwise()) {
       vertex = frame.ScanFromUnit(Bent(vertex, 0.84));
     }
     DecodedSurface bent = *WithControlMesh(decoded, cage);
-    const int64_t folds = *CountFolds(bent.surface, RunContext());
+    const int64_t folds = CountFolds(bent.surface);
     std::fill(bent.surface.heights.begin(), bent.surface.heights.end(), 0.0f);
-    EXPECT_LE(folds, *CountFolds(bent.surface, RunContext()));
+    EXPECT_LE(folds, CountFolds(bent.surface));
   }
 }
 
