@@ -158,12 +158,12 @@ void VisitCoarse(Archive& archive, Surface& coarse) {
   archive(domain.fit.round_rms);
   archive(domain.position_step);
   archive(domain.is_filled);
+  archive(coarse.sampled.leverage);
   auto& surface = coarse.sampled.surface;
   VisitMesh(archive, surface.control_mesh);
   archive(surface.max_level);
   archive(surface.heights);
   archive(surface.sources);
-  archive(coarse.sampled.leverage);
 }
 
 std::vector<uint8_t> Saved(const CoarseSurface& coarse) {
