@@ -18,8 +18,8 @@ struct SolvedHeights {
   std::vector<float> height;      // along the limit normal, unit frame
   std::vector<uint8_t> measured;  // points lie near it
   std::vector<uint8_t> smoothed;  // the height is that of points around it
-  // The mean share of a point in its own height: the part of the points' variance that the heights
-  // have, at most.
+  // The mean share of a point in its own height: at most so much of the variance of the noise is
+  // in the heights.
   double leverage = 1;
 };
 

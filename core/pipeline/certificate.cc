@@ -55,7 +55,8 @@ absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& st
   return points;
 }
 
-// Counted in parts, whose limit surfaces take little memory.
+// Counted in parts, whose limit surfaces take little memory; in few, for to cut one all faces are
+// looked at.
 absl::StatusOr<int64_t> CountFoldsOf(const DisplacedSurface& surface, const RunContext& context) {
   constexpr int64_t kVerticesAtOnce = 1 << 16, kMostParts = 64;
   const ControlMesh& mesh = surface.control_mesh;

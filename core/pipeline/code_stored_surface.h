@@ -32,7 +32,7 @@ std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter&
 struct ThinnedPoints {
   Eigen::Matrix3Xd some;  // SomePoints()
   double median_spacing = 0, median_noise = 0;
-  double leverage = 1;  // of the heights over them, for that of the heights from all points
+  double leverage = 1;  // of the heights from them; from all points it is less
 };
 
 struct BlockSize {

@@ -28,7 +28,7 @@ struct UncodedError {
 };
 
 // What a surface errs whose points are `distance` off it. Where most of that is noise (a standard
-// deviation) the surface has not followed it: it errs by the root of its `leverage` in noise.
+// deviation) the surface has not followed it, and errs by sqrt(leverage) times the noise at most.
 double ErrorUnderNoise(double distance, double noise, double leverage);
 
 // Estimate of the surface's RMS distance from the truth: on a clean scan that of the points from

@@ -22,10 +22,10 @@ namespace {
 // Of the triangles among which points look for their control face.
 constexpr int kSearchLevel = 1;
 
-// Around a part, at least: so many edges of the finest level. Filters and their regions reach less
-// far.
+// Around a part, at least: so many edges of the finest level. Filters reach less far; which ones
+// are chosen depends on points somewhat farther away, so that they differ a little at seams.
 constexpr int kEdgesAround = 16;
-// A height where no points are still tells of one so many control edges away: exp(-12 / 6), see
+// Over so many control edges without points a height decays to exp(-12 / 6) of itself, see
 // SolveSettings::height_range.
 constexpr int kBareRings = 12;
 
@@ -40,7 +40,7 @@ struct PointsOfFaces {
 int RingsAround(int level) { return std::max(0, (kEdgesAround >> level) - 1); }
 
 // A part with the faces without points that adjoin it, as far as kBareRings of them, so that all
-// parts around a hole see the same of it. Ascending.
+// parts around a hole that is no wider see the same of it. Ascending.
 std::vector<int> WithBareFaces(const MeshTopology& topology, const PointsOfFaces& points,
                                const std::vector<int>& part) {
   std::vector<int> all = part, front = part, next;

@@ -1,7 +1,7 @@
 #include "core/pipeline/shared_coding.h"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -32,9 +32,13 @@ void VisitCoded(Archive& archive, Coded& coded) {
   archive(coded.encoded.height_max);
 }
 
+// Lengths are fractions of the diagonal.
 bool IsPossible(const UncodedError& uncoded) {
-  return uncoded.spacing >= 0 && std::isfinite(uncoded.spacing) && uncoded.noise >= 0 &&
-         std::isfinite(uncoded.noise) && uncoded.leverage >= 0 && uncoded.leverage <= 1;
+  const DistanceSummary& distance = uncoded.error.b_to_a;
+  const double lengths[] = {uncoded.spacing, uncoded.noise, distance.rms, distance.p95};
+  return uncoded.leverage > 0 && uncoded.leverage <= 1 && uncoded.error.across_rms <= 2 &&
+         std::all_of(std::begin(lengths), std::end(lengths),
+                     [](double length) { return length >= 0 && length <= 2; });
 }
 
 void TellNobody(double /*share*/) {}

@@ -29,6 +29,8 @@ TEST(CodingErrorTest, StraysDoNotCoarsenTheRest) {
 // Points 0.1 % off the surface whose noise is 0.1 %: what is left of it in the surface counts.
 TEST(CodingErrorTest, NoiseIsNotTheErrorOfTheSurface) {
   EXPECT_NEAR(CodingError(Uncoded(1e-3, 2e-3, 1e-3)), 7.5e-5, 1e-12);
+  // An eightieth of the spacing at least.
+  EXPECT_NEAR(CodingError(Uncoded(1e-4, 2e-4, 1e-4)), 1.5e-5, 1e-12);
 }
 
 TEST(CodingErrorTest, WhatIsAskedForIsSharedWithTheSurfacesOwnError) {

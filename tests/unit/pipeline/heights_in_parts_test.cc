@@ -72,7 +72,8 @@ TEST(MeasureHeightsInPartsTest, IsAsTheWhole) {
   }
 }
 
-// Half a control mesh above points that have a hole in them, many control faces wide.
+// Points with a hole in them, many control faces wide, below a control mesh that lies 1 % off them,
+// so that heights around the hole are not 0.
 Setting WithHole() {
   Setting setting = Prepare(0);
   OrientedCloud& cloud = setting.cloud;
@@ -90,7 +91,6 @@ Setting WithHole() {
   }
   cloud.median_spacing = whole.median_spacing;
   cloud.median_noise = whole.median_noise;
-  // Beside the points, so that heights are not 0 where they end.
   for (auto vertex : setting.mesh.vertices.colwise()) vertex *= 1.01;
   return setting;
 }
@@ -123,7 +123,7 @@ TEST(MeasureHeightsInPartsTest, ThreadsChangeNothing) {
   EXPECT_EQ(one.leverage, four.leverage);
 }
 
-TEST(MeasureHeightsInPartsTest, SmallPartsWillDo) {
+TEST(MeasureHeightsInPartsTest, PartsMayBeAFewFaces) {
   const Setting setting = Prepare(0);
   const DisplacementField parts = InParts(setting, 500);
   EXPECT_LT(RmsBetween(parts.heights, Whole(setting).heights), 0.2 * setting.cloud.median_spacing);
