@@ -12,11 +12,11 @@
 namespace rilievo {
 
 // What SampleDisplacement() finds at `level` over `mesh`, which `cutter` cuts, but that the heights
-// of a part come of the points on it and around it alone; around it are the control faces that
-// touch it, at least 16 edges of the finest level, and 12 of the faces
-// without points that adjoin it, so that holes up to so wide have no steps. A vertex between parts
-// has the height of the last one. A part has about `part_vertices` vertices of the finest level,
-// those around it aside.
+// of a part come of the points on it and around it alone. Around it are the control faces that
+// touch it, more where these are narrower than 16 edges of the finest level, and up to 12 rings of
+// faces without points, so that no steps come into holes up to so wide. A vertex between parts has
+// the height of the last one. A part has about `part_vertices` vertices of the finest level, those
+// around it aside.
 absl::StatusOr<DisplacementField> MeasureHeightsInParts(
     const OrientedCloud& cloud, const ControlMesh& mesh, const PartCutter& cutter, int level,
     int64_t part_vertices, const DisplacementOptions& options, const RunContext& context);
