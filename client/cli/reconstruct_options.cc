@@ -9,6 +9,7 @@
 #include "client/formats/mesh_reader.h"
 #include "core/base/status_macros.h"
 #include "core/control/control_options.h"
+#include "core/control/settings.h"
 #include "core/geometry/point_records.h"
 #include "core/loop/crease_topology.h"
 #include "server/conversion/convert_place.h"
@@ -142,11 +143,11 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
          "--close-holes-below", a->close_holes_below,
          "close holes whose rim, once around, is shorter than this, written like "
          "--max-error; larger ones and the outer border of a sheet stay open; default none")
-      ->check(IsLength(kShortestRim, kLongestRim));
+      ->check(IsLength(kControlOptions.shortest_rim, kControlOptions.longest_rim));
   app->add_option("--bridge-gaps-below", a->bridge_gaps_below,
                   "join pieces whose borders run along each other less than this apart, written "
                   "like --max-error; default none")
-      ->check(IsLength(kNarrowestGap, kWidestGap));
+      ->check(IsLength(kControlOptions.narrowest_gap, kControlOptions.widest_gap));
   if (input == ShapeInput::kScan) {
     AddScanShapeOptions(app, a);
   } else {

@@ -112,7 +112,11 @@ inline void LeaveOut(Mechanism mechanism, bool out = true) {
 inline bool IsLeftOut(Mechanism mechanism) {
   return left_out_mechanisms.test(static_cast<size_t>(mechanism));
 }
+// Before the definition of a stage's settings (settings.h of each room and wing), which such a
+// build can change (rilievo_accuracy --set).
+#define RILIEVO_SETTINGS inline
 #else
+#define RILIEVO_SETTINGS inline constexpr
 constexpr bool IsLeftOut(Mechanism /*mechanism*/) { return false; }
 #endif
 

@@ -1,13 +1,13 @@
 #include "core/control/arbitrary_control_mesh.h"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/control/implicit/implicit_function.h"
 #include "core/control/implicit/marching_cubes.h"
+#include "core/control/settings.h"
 #include "core/control/shape_control_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
 #include "core/control/topology/mesh_subset.h"
@@ -16,13 +16,6 @@
 
 namespace rilievo {
 namespace {
-
-// Spacings around a handle four spacings wide; a loop of edges zigzags, and is longer than the
-// circle it follows by about 15 %. First those are looked for that are small enough to be noise,
-// then, twice as wide, those that bridge sheets or tear them.
-constexpr double kSmallHandle = 4 * 1.15 * std::numbers::pi;
-
-constexpr double kHandleSearchShare = 1.5;
 
 // A zero set and the finest cell of its function, unit frame.
 struct ZeroSet {
@@ -69,13 +62,14 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, Neighbor
   // Searched at about the density of the points: a finer mesh would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
-  if (trimmed.faces.cols() > kHandleSearchShare * to_points.target_faces) {
+  if (trimmed.faces.cols() > kArbitraryControlMesh.handle_search_share * to_points.target_faces) {
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(std::move(trimmed), to_points, context));
   }
   const LoopSupport support(cloud, index);
   const HandleLengths searches[] = {
-      {.longest = unit * kSmallHandle, .tiny = unit * kSmallHandle / 2},
-      {.longest = unit * kSmallHandle * 2, .tiny = 0},
+      {.longest = unit * kArbitraryControlMesh.small_handle,
+       .tiny = unit * kArbitraryControlMesh.small_handle / 2},
+      {.longest = unit * kArbitraryControlMesh.small_handle * 2, .tiny = 0},
   };
   RILIEVO_ASSIGN_OR_RETURN(HandleRemoval clean,
                            RemoveHandles(std::move(trimmed), searches, &support, context));

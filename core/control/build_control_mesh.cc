@@ -11,6 +11,7 @@
 #include "core/control/arbitrary_control_mesh.h"
 #include "core/control/choose_topology.h"
 #include "core/control/planar/planar_control_mesh.h"
+#include "core/control/settings.h"
 #include "core/control/spherical/spherical_control_mesh.h"
 #include "core/control/topology/bridge_gaps.h"
 #include "core/control/topology/close_holes.h"
@@ -20,12 +21,6 @@
 
 namespace rilievo {
 namespace {
-
-constexpr int64_t kPointsPerFace = 30, kManyPointsPerFace = 120;
-constexpr int64_t kFewestFaces = 200, kUsualFaces = 12000;
-constexpr int64_t kTellingAtLeast = 20000;
-constexpr size_t kStretch = 1024;  // of the curve, over which noise is taken to be even
-constexpr int64_t kMostFacesPerPoint = 4;
 
 absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlOptions& options,
                                       const RunContext& context) {
@@ -74,27 +69,30 @@ int64_t TellingPoints(const OrientedCloud& cloud, int64_t points, double closer)
   if (count == 0 || IsLeftOut(Mechanism::kTellingPoints)) return points;
   double telling = 0;
   std::vector<float> ratios;
-  for (size_t begin = 0; begin < count; begin += kStretch) {
-    const size_t end = std::min(count, begin + kStretch);
+  for (size_t begin = 0; begin < count; begin += kBuildControlMesh.stretch) {
+    const size_t end = std::min(count, begin + kBuildControlMesh.stretch);
     ratios.clear();
     for (size_t i = begin; i < end; ++i) ratios.push_back(cloud.noise[i] / cloud.spacing[i]);
     const double thick = std::max(1.0, Median(ratios) / closer);
     telling += static_cast<double>(end - begin) / std::pow(thick, 3);
   }
   const double share = telling / static_cast<double>(count);
-  return std::max(std::min(points, kTellingAtLeast),
+  return std::max(std::min(points, kBuildControlMesh.telling_at_least),
                   static_cast<int64_t>(share * static_cast<double>(points)));
 }
 
 int DefaultControlFaces(int64_t points) {
-  const int64_t usual = std::min(points / kPointsPerFace, kUsualFaces);
-  return static_cast<int>(std::clamp<int64_t>(std::max(usual, points / kManyPointsPerFace),
-                                              kFewestFaces, kMostControlFaces));
+  const int64_t usual =
+      std::min(points / kBuildControlMesh.points_per_face, kBuildControlMesh.usual_faces);
+  return static_cast<int>(
+      std::clamp<int64_t>(std::max(usual, points / kBuildControlMesh.many_points_per_face),
+                          kBuildControlMesh.fewest_faces, kControlOptions.most_control_faces));
 }
 
 int UsefulControlFaces(int target_faces, int64_t points) {
-  return static_cast<int>(
-      std::min<int64_t>(target_faces, std::max(kFewestFaces, kMostFacesPerPoint * points)));
+  return static_cast<int>(std::min<int64_t>(
+      target_faces,
+      std::max(kBuildControlMesh.fewest_faces, kBuildControlMesh.most_faces_per_point * points)));
 }
 
 int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud) {

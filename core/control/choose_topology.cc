@@ -4,26 +4,10 @@
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/plane_frame.h"
+#include "core/control/settings.h"
 #include "core/control/spherical/star_shape.h"
 
 namespace rilievo {
-namespace {
-
-// A height field makes a wall of every step, be it a roof's edge or a border in depth. Terrain has
-// none; on the airborne block of docs/accuracy.md they come to 8 % of the area, and the RMS of a
-// height field was 2.6 to 7 times that of an arbitrary mesh.
-constexpr double kMostUnseenWalls = 0.01;
-// A closed surface faces any plane with at most about half its area.
-constexpr double kPlanarFacing = 0.8;
-
-// The octahedron spends its faces evenly over the directions: no loss against topology arbitrary
-// only where the surface is seen nearly head-on from the centre, at about one distance.
-constexpr double kSphericalCertain = 0.999;
-constexpr double kSphericalRadial = 0.99;
-constexpr double kSphericalRadiusRatio = 2.0;
-
-}  // namespace
-
 absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
                                               const RunContext& context) {
   // Each keeps one thread busy.
@@ -38,16 +22,19 @@ absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check_plane, check_star));
-  if (plane.unseen_walls <= kMostUnseenWalls && plane.facing >= kPlanarFacing) {
+  if (plane.unseen_walls <= kChooseTopology.most_unseen_walls &&
+      plane.facing >= kChooseTopology.planar_facing) {
     return TopologyChoice{
         Topology::kPlanar,
         absl::StrFormat("the points are a height field over their plane: %.1f %% of the area faces "
                         "it, and hardly any wall would join what no point joins",
                         100 * plane.facing)};
   }
-  if (star.coverage >= kSphericalCertain && star.single_sheet >= kSphericalCertain &&
-      star.outward >= kSphericalCertain && star.radial >= kSphericalRadial &&
-      star.radius_ratio <= kSphericalRadiusRatio) {
+  if (star.coverage >= kChooseTopology.spherical_certain &&
+      star.single_sheet >= kChooseTopology.spherical_certain &&
+      star.outward >= kChooseTopology.spherical_certain &&
+      star.radial >= kChooseTopology.spherical_radial &&
+      star.radius_ratio <= kChooseTopology.spherical_radius_ratio) {
     return TopologyChoice{
         Topology::kSpherical,
         absl::StrFormat("the points close around a centre from which every ray meets them once, "

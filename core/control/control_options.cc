@@ -1,6 +1,7 @@
 #include "core/control/control_options.h"
 
 #include "absl/strings/str_cat.h"
+#include "core/control/settings.h"
 
 namespace rilievo {
 
@@ -23,21 +24,22 @@ const char* TopologyName(Topology topology) {
 }
 
 absl::Status ControlOptions::Validate() const {
-  if (target_faces < 0 || target_faces > kMostControlFaces) {
+  if (target_faces < 0 || target_faces > kControlOptions.most_control_faces) {
+    return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
+                                                   "; it must lie in [0, ",
+                                                   kControlOptions.most_control_faces, "]"));
+  }
+  if (close_holes_below != 0 && !(close_holes_below >= kControlOptions.shortest_rim &&
+                                  close_holes_below <= kControlOptions.longest_rim)) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "target_faces is ", target_faces, "; it must lie in [0, ", kMostControlFaces, "]"));
+        "close_holes_below is ", close_holes_below, " of the diagonal; it must be 0 or lie in [",
+        kControlOptions.shortest_rim, ", ", kControlOptions.longest_rim, "]"));
   }
-  if (close_holes_below != 0 &&
-      !(close_holes_below >= kShortestRim && close_holes_below <= kLongestRim)) {
-    return absl::InvalidArgumentError(absl::StrCat("close_holes_below is ", close_holes_below,
-                                                   " of the diagonal; it must be 0 or lie in [",
-                                                   kShortestRim, ", ", kLongestRim, "]"));
-  }
-  if (bridge_gaps_below != 0 &&
-      !(bridge_gaps_below >= kNarrowestGap && bridge_gaps_below <= kWidestGap)) {
-    return absl::InvalidArgumentError(absl::StrCat("bridge_gaps_below is ", bridge_gaps_below,
-                                                   " of the diagonal; it must be 0 or lie in [",
-                                                   kNarrowestGap, ", ", kWidestGap, "]"));
+  if (bridge_gaps_below != 0 && !(bridge_gaps_below >= kControlOptions.narrowest_gap &&
+                                  bridge_gaps_below <= kControlOptions.widest_gap)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "bridge_gaps_below is ", bridge_gaps_below, " of the diagonal; it must be 0 or lie in [",
+        kControlOptions.narrowest_gap, ", ", kControlOptions.widest_gap, "]"));
   }
   if (topology == Topology::kMesh) {
     return absl::InvalidArgumentError("topology mesh is that of a given mesh; leave it auto");

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "absl/status/status.h"
+#include "core/control/settings.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
@@ -19,7 +20,7 @@ enum class Topology {
 enum class BoundaryRule {
   kKeep,   // an open scan stays open
   kClose,  // holes and open borders are closed; topology planar keeps its outer border
-  kExact,  // of a mesh: its borders are met within kExactBorder
+  kExact,  // of a mesh: its borders are met within kControlOptions.exact_border
 };
 
 enum class CreaseRule {
@@ -34,24 +35,17 @@ enum class DomainScheme {
 
 const char* TopologyName(Topology topology);
 
-// Of the diagonal. A border as near to that of the mesh is exact, and so is a surface without
-// heights.
-inline constexpr double kExactBorder = 1e-5;
-inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
-inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;
-// The most that may be asked for or given.
-inline constexpr int kMostControlFaces = 200000;
-
 struct ControlOptions {
   Topology topology = Topology::kAuto;
   BoundaryRule boundary = BoundaryRule::kKeep;
   CreaseRule creases = CreaseRule::kAuto;
   DomainScheme scheme = DomainScheme::kLoop;  // of the smooth surface; with user_mesh kLoop
   // Holes whose rim is shorter are closed under BoundaryRule::kKeep too, see CloseHoles(); fraction
-  // of the diagonal. 0 (none) or [kShortestRim, kLongestRim].
+  // of the diagonal. 0 (none) or [kControlOptions.shortest_rim, kControlOptions.longest_rim].
   double close_holes_below = 0;
   // Gaps between pieces that are narrower are bridged, whatever the boundary rule, see
-  // BridgeGaps(); fraction of the diagonal. 0 (none) or [kNarrowestGap, kWidestGap].
+  // BridgeGaps(); fraction of the diagonal. 0 (none) or [kControlOptions.narrowest_gap,
+  // kControlOptions.widest_gap].
   double bridge_gaps_below = 0;
   // About how many control faces; 0: chosen from the number of points. [0, 200000], of which
   // UsefulControlFaces() are made.

@@ -7,23 +7,14 @@
 #include "core/base/status_macros.h"
 #include "core/control/creases/feature_planes.h"
 #include "core/control/creases/tag_creases.h"
+#include "core/control/settings.h"
 #include "core/control/simplify/adaptive_simplify.h"
 #include "core/control/simplify/relax_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
 #include "core/control/simplify/uncovered_points.h"
 
 namespace rilievo {
-namespace {
-
-// Seven of eight of its faces go later, in order: down to it blocks serve.
-constexpr double kUnorderedFine = 1;
-
-// Where the control mesh is simplified once more. Of nine clean shapes the largest errors came to
-// .88 of those with 1 spacing and a cosine of .3, with .4 spacings to .83; that was not tried on
-// thin walls.
-constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
-
-}  // namespace
+namespace {}  // namespace
 
 absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
                                              const PointIndex& index, CreaseRule creases,
@@ -32,8 +23,9 @@ absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCl
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4),
                                  .boundary_weight = border_weight};
   // Few enough faces to look at the points beside each that bends.
-  const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4),
-                                .unordered_until = kUnorderedFine};
+  const SimplifyOptions to_fine{
+      .target_faces = std::max(kShapeControlMesh.finer_than_control * target_faces, 4),
+      .unordered_until = kShapeControlMesh.unordered_fine};
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh fine,
                            SimplifyMesh(std::move(shape), to_fine, context));
   FacePlanes planes;
@@ -51,8 +43,10 @@ absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCl
     return mesh;
   };
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, simplified({}));
+  const ShapeControlMeshSettings& of = kShapeControlMesh;
+  const CoverageLimits in_reach = {of.covered_spacings, of.covered_noises, of.covered_cosine};
   RILIEVO_ASSIGN_OR_RETURN(const UncoveredPoints lost,
-                           FindUncoveredPoints(cloud, control, kInReach, context));
+                           FindUncoveredPoints(cloud, control, in_reach, context));
   if (!lost.points.empty() && !IsLeftOut(Mechanism::kUncoveredPoints)) {
     RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
   }

@@ -10,9 +10,6 @@
 
 namespace rilievo {
 
-// Faces of the mesh whose bends are sharpened, in those of the control mesh.
-inline constexpr int kFinerThanControl = 8;
-
 // `shape`, an oriented manifold near the points, simplified to about `target_faces`: its bends
 // sharpened by the planes of the points beside them, faces shorter where points would be left
 // uncovered, creases tagged unless `creases` says no or `shape` has them already. Topology and

@@ -8,10 +8,6 @@
 
 namespace rilievo {
 
-// The fit holds the stencils of a face's vertices densely: their cost grows with the square of the
-// valence.
-inline constexpr int kMostValence = 64;
-
 // Checks a mesh given by the user: INVALID_ARGUMENT unless it has at most 200 000 faces, is finite,
 // an orientable 2-manifold, and near the cloud: half of either within a quarter of the diagonal of
 // the other; and unless its tags are ones of it (crease_topology.h).

@@ -13,6 +13,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/regularize/height_bounds.h"
+#include "core/displacement/settings.h"
 #include "core/loop/split_normals.h"
 
 namespace rilievo {
@@ -21,17 +22,6 @@ namespace {
 using Eigen::Vector3d;
 using SparseMatrix = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
-
-constexpr int kMostSteps = 8;
-constexpr double kLeastMove = 1e-5;  // of the diagonal; the last step is shorter
-// Around what moves, the rings with a curvature; one ring more has the places that this is of.
-constexpr int kCurvatureRings = 2;
-// Waves shorter than 2 pi times this share of a part's radius are taken for errors of the heights
-// around it. They would grow inwards by the square of the radius in edges.
-constexpr double kNoiseShare = 0.1;
-constexpr double kBandShare = 1.0 / 3;      // of the radius: where heights around it are smoothed
-constexpr double kLeastDoubleArea = 1e-16;  // of a triangle, unit frame
-constexpr double kLeastShare = 0.25;        // of a third of the faces around, in an area
 
 // A part and what lies around it. Vertices are numbered from the part outwards, ring by ring.
 struct Surroundings {
@@ -67,7 +57,7 @@ class CurvatureContinuation {
     double first = -1, least = 0;
     bool bounded = false;  // a height is at its bound, so that the rest have not found their place
     Eigen::SimplicialLDLT<SparseMatrix> solver;
-    for (int step = 0; step <= kMostSteps; ++step) {
+    for (int step = 0; step <= kContinueCurvature.most_steps; ++step) {
       if (!context.CheckStop().ok()) return;
       Linearize(around);
       Eigen::VectorXd off = Eigen::VectorXd::Zero(around.moved), held = off;
@@ -77,7 +67,7 @@ class CurvatureContinuation {
       }
       least = curvature_.dot(stiffness_ * curvature_) + off.dot(held.cwiseProduct(off));
       if (first < 0) first = least;
-      if (step == kMostSteps) break;
+      if (step == kContinueCurvature.most_steps) break;
       const SparseMatrix transposed = by_height_.transpose();
       SparseMatrix equations = transposed * stiffness_ * by_height_;
       equations.diagonal() += held;
@@ -95,7 +85,7 @@ class CurvatureContinuation {
         height = std::clamp(moved, bounds.lowest, bounds.highest);
         bounded |= height != moved;
       }
-      if (move.lpNorm<Eigen::Infinity>() < kLeastMove) break;
+      if (move.lpNorm<Eigen::Infinity>() < kContinueCurvature.least_move) break;
     }
     const int kept = least < first && !bounded ? around.part : 0;
     for (size_t i = kept; i < vertices.size(); ++i) heights_[vertices[i]] = before[i];
@@ -117,7 +107,7 @@ class CurvatureContinuation {
       const int next = k + 1 < ring.size() ? k + 1 : 0;
       const Vector3d a = At(ring[k]) - here, b = At(ring[next]) - here;
       const Vector3d cross = a.cross(b);
-      const double area = std::max(cross.norm(), kLeastDoubleArea);
+      const double area = std::max(cross.norm(), kContinueCurvature.least_double_area);
       fan.normal += cross / std::max(a.squaredNorm() * b.squaredNorm(), 1e-300);
       fan.weights[k] += b.dot(b - a) / area / 2;
       fan.weights[next] += a.dot(a - b) / area / 2;
@@ -127,7 +117,8 @@ class CurvatureContinuation {
     for (int k = 0; k < ring.size(); ++k) {
       fan.area += fan.weights[k] * (At(ring[k]) - here).squaredNorm() / 4;
     }
-    fan.area = std::max(fan.area, kLeastShare * double_area / 6);  // of obtuse triangles
+    fan.area = std::max(fan.area,
+                        kContinueCurvature.least_share * double_area / 6);  // of obtuse triangles
     return fan;
   }
 
@@ -135,7 +126,7 @@ class CurvatureContinuation {
   // curvature; what holds the heights of the band has this times it.
   double HeldBy(const Surroundings& around, int i) const {
     const double edge = std::sqrt(2 / std::numbers::sqrt3 * areas_.mean());
-    return areas_[i] * std::pow(kNoiseShare * around.radius * edge, -6);
+    return areas_[i] * std::pow(kContinueCurvature.noise_share * around.radius * edge, -6);
   }
 
   // Twice the mean curvature of each vertex that has one, by how much it grows with each height
@@ -214,10 +205,11 @@ Surroundings SurroundingsOf(int seed, const LevelRings& rings,
   grown = 0;
   const int rim = grow(all) - around.part;
   around.radius = std::numbers::sqrt3 * around.part / std::max(rim, 1);
-  const int band = std::max(1, static_cast<int>(std::lround(kBandShare * around.radius)));
+  const int band =
+      std::max(1, static_cast<int>(std::lround(kContinueCurvature.band_share * around.radius)));
   for (int ring = 1; ring < band; ++ring) grow(all);
   around.moved = static_cast<int>(found.size());
-  for (int ring = 0; ring < kCurvatureRings; ++ring) around.curved = grow(all);
+  for (int ring = 0; ring < kContinueCurvature.curvature_rings; ++ring) around.curved = grow(all);
   grow(all);
   for (const int v : found) (*marks)[v] = 0;
   return around;
@@ -233,7 +225,7 @@ std::vector<std::vector<Surroundings>> ListsApart(std::vector<Surroundings> part
   for (Surroundings& part : parts) {
     size_t at = 0;
     for (const int v : part.vertices) at = std::max(at, static_cast<size_t>(marks[v]));
-    while (at < lists.size() && moved[at] + part.moved > kMostContinued) ++at;
+    while (at < lists.size() && moved[at] + part.moved > kContinueCurvature.most_continued) ++at;
     for (const int v : part.vertices) marks[v] = static_cast<int>(at) + 1;
     if (at == lists.size()) {
       lists.emplace_back();
@@ -263,7 +255,7 @@ absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRing
     for (int i = 0; i < around.part; ++i) is_done[around.vertices[i]] = 1;
     const auto curved = around.vertices.begin() + around.curved;
     const bool is_all = around.vertices.size() == static_cast<size_t>(around.part);
-    if (is_all || around.moved > kMostContinued ||
+    if (is_all || around.moved > kContinueCurvature.most_continued ||
         std::any_of(around.vertices.begin(), curved, [&](int v) { return is_edge[v] != 0; })) {
       continue;
     }

@@ -5,6 +5,7 @@
 #include "core/base/run_context.h"
 #include "core/displacement/displacement_options.h"
 #include "core/displacement/sample_displacement.h"
+#include "core/displacement/settings.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 
@@ -18,13 +19,13 @@ namespace rilievo {
 // would grow inwards: those within a third of its radius move along, held by their squares, and are
 // put back at the end. Solved by Gauss-Newton steps, in which w, n and the areas are those of the
 // step before. A part stays as it is where two rings around what moves come to a boundary, a crease
-// or a corner, where more than kMostContinued vertices move, which rounding would tell, where it is
-// a whole component, and where a height comes to its bound (BoundsOf). `rings`, `limit`: of the
-// finest level. Parts that lie apart are solved side by side; kMostContinued vertices take about
-// two seconds of processor time. CANCELLED is the only error.
+// or a corner, where more than kContinueCurvature.most_continued vertices move, which rounding
+// would tell, where it is a whole component, and where a height comes to its bound (BoundsOf).
+// `rings`, `limit`: of the finest level. Parts that lie apart are solved side by side;
+// kContinueCurvature.most_continued vertices take about two seconds of processor time. CANCELLED is
+// the only error.
 absl::Status ContinueCurvature(const LoopRefinement& refinement, const LevelRings& rings,
                                const LimitSurface& limit, const DisplacementOptions& options,
                                const RunContext& context, DisplacementField* field);
-inline constexpr int kMostContinued = 1 << 14;
 
 }  // namespace rilievo

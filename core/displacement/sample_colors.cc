@@ -11,17 +11,10 @@
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/point_feet.h"
+#include "core/displacement/settings.h"
 
 namespace rilievo {
 namespace {
-
-constexpr int kSteps = 4;
-// Median distances of the points' colours from those at their feet at which a point counts a
-// quarter, but of a channel's 256 values no fewer than `kLeastScale`.
-constexpr double kScales = 4;
-constexpr double kLeastScale = 4;
-// Sums are taken in integers, so that their order does not show.
-constexpr double kUnits = 1 << 16;
 
 using Color = Eigen::Vector3f;
 
@@ -39,7 +32,7 @@ class ColorSampler {
         is_told_(vertices, 0) {}
 
   absl::Status Run(const LoopRefinement& refinement) {
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kSampleColors.steps; ++step) {
       if (step == 1) Fill(refinement);
       if (step > 0) RILIEVO_RETURN_IF_ERROR(FindScale());
       RILIEVO_RETURN_IF_ERROR(Step(step == 0));
@@ -88,7 +81,7 @@ class ColorSampler {
         }));
     std::erase_if(misses, [](float missing) { return missing < 0; });
     if (misses.empty()) return absl::OkStatus();
-    scale_ = std::max(kLeastScale, kScales * Median(std::move(misses)));
+    scale_ = std::max(kSampleColors.least_scale, kSampleColors.scales * Median(std::move(misses)));
     return absl::OkStatus();
   }
 
@@ -102,7 +95,8 @@ class ColorSampler {
   absl::Status Step(bool is_first) {
     std::vector<Sum> sums(colors_.size(), Sum{});
     const auto add = [](int64_t& sum, double value) {
-      std::atomic_ref(sum).fetch_add(std::llround(kUnits * value), std::memory_order_relaxed);
+      std::atomic_ref(sum).fetch_add(std::llround(kSampleColors.units * value),
+                                     std::memory_order_relaxed);
     };
     RILIEVO_RETURN_IF_ERROR(
         ParallelForEach(static_cast<int64_t>(feet_.size()), kLightBlock, context_, [&](int64_t p) {

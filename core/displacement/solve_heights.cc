@@ -12,7 +12,7 @@
 #include "core/displacement/plate/filter_lengths.h"
 #include "core/displacement/plate/height_problem.h"
 #include "core/displacement/plate/plate_levels.h"
-#include "core/displacement/solve_settings.h"
+#include "core/displacement/plate/settings.h"
 
 namespace rilievo {
 namespace {

@@ -7,21 +7,16 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/geometry/vertex_ring.h"
-#include "core/points/belonging.h"
 #include "core/points/neighbor_graph.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
-// More points than this a sample tell the fit nothing new.
-constexpr int64_t kPointsPerSample = 8;
-constexpr int64_t kSmallCloud = 150'000;
-// Nearest samples among which one with an agreeing normal is looked for.
-constexpr int kCandidates = 12;
-
 bool Agree(const OrientedCloud& cloud, const SampledSurface& surface, int point, int sample) {
-  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kSameSheet;
+  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kCommon.same_sheet;
 }
 
 double SquaredDistance(const OrientedCloud& cloud, const SampledSurface& surface, int point,
@@ -64,7 +59,8 @@ Eigen::Vector3d HalfwayNormal(const Eigen::Vector3d& a, const Eigen::Vector3d& b
 CloudAssignment::CloudAssignment(const OrientedCloud& cloud, const DomainSamples& samples)
     : cloud_(cloud), samples_(samples) {
   const int64_t count = cloud.points.cols();
-  const int64_t wanted = std::max(kSmallCloud, kPointsPerSample * samples.size());
+  const int64_t wanted =
+      std::max(kCloudAssignment.small_cloud, kCloudAssignment.points_per_sample * samples.size());
   // The cloud is in Morton order, so every stride-th point is a spatially even choice.
   stride_ = static_cast<int>((count + wanted - 1) / wanted);
   subset_size_ = static_cast<int>((count + stride_ - 1) / stride_);
@@ -98,14 +94,15 @@ absl::Status CloudAssignment::SearchTree(const SampledSurface& surface, const Ru
   const PointIndex tree(surface.positions);
   nearest_.resize(static_cast<size_t>(subset_size_));
   return ParallelFor(subset_size_, kLightBlock, context, [&](int64_t begin, int64_t end) {
-    int found[kCandidates];
-    double squared[kCandidates];
+    int found[kCloudAssignment.candidates];
+    double squared[kCloudAssignment.candidates];
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       const int point = PointOf(i);
       tree.Nearest(cloud_.points.col(point), 1, found, squared);
       nearest_[i] = found[0];
       if (Agree(cloud_, surface, point, found[0])) continue;
-      const int count = tree.Nearest(cloud_.points.col(point), kCandidates, found, squared);
+      const int count =
+          tree.Nearest(cloud_.points.col(point), kCloudAssignment.candidates, found, squared);
       const int* agreeing = std::find_if(
           found, found + count, [&](int sample) { return Agree(cloud_, surface, point, sample); });
       if (agreeing != found + count) nearest_[i] = *agreeing;

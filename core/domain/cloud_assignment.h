@@ -8,7 +8,6 @@
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
 #include "core/domain/domain_samples.h"
-#include "core/points/belonging.h"
 #include "core/points/oriented_cloud.h"
 
 namespace rilievo {

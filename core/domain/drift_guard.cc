@@ -7,16 +7,9 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 
 namespace rilievo {
-namespace {
-
-// How far off a limit may come to lie, in spacings; and by what factor farther than at the start
-// where it lay far off, as over a hole.
-constexpr float kByPoints = 1.0f, kTimes = 1.5f;
-
-}  // namespace
-
 absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, const PointIndex& index,
                                                 const DomainSamples& samples,
                                                 const SampledSurface& surface,
@@ -42,7 +35,7 @@ absl::Status UndoDrift(const DomainSamples& samples, const Eigen::Matrix3Xd& bef
   bool any = false;
   for (size_t v = 0; v < gaps.size(); ++v) {
     const float start = gaps_at_start[v];
-    if (!(gaps[v] > std::max(kByPoints, kTimes * start))) continue;
+    if (!(gaps[v] > std::max(kDriftGuard.by_points, kDriftGuard.times * start))) continue;
     control_points->col(v) = before.col(v);
     any = true;
   }

@@ -9,16 +9,12 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/loop/limit_stencils.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
 namespace {
-
-// The normals turn with the control points: with heights of 2 % of the diagonal, a rotation by 70
-// degrees was met to 1e-6.
-constexpr int kRounds = 6;
-constexpr double kSettled = 1e-9;  // RMS change of a round, fraction of the diagonal
 
 using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -63,7 +59,7 @@ absl::StatusOr<ControlMesh> ControlMeshThrough(const DisplacedSurface& surface, 
     return absl::FailedPreconditionError(
         absl::StrCat("the vertices of level ", level, " do not determine the control points"));
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kEditLevel.rounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
                              EvaluateLimit(refinement, mesh.vertices, level, context));
@@ -74,7 +70,9 @@ absl::StatusOr<ControlMesh> ControlMeshThrough(const DisplacedSurface& surface, 
           absl::StrCat("the vertices of level ", level, " do not determine the control points"));
     }
     mesh.vertices += moves.transpose();
-    if (moves.squaredNorm() <= kSettled * kSettled * static_cast<double>(moves.rows())) break;
+    if (moves.squaredNorm() <=
+        kEditLevel.settled * kEditLevel.settled * static_cast<double>(moves.rows()))
+      break;
   }
   return mesh;
 }

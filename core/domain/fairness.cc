@@ -8,15 +8,11 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/domain/settings.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Noise is thick from this part of a control edge on. Of 14 shapes under noise of 0.5 to 2 %, or
-// that grows to 1 %, those where it is came to 0.53 to 0.99 of the error, and none to more than
-// 1.03; with a tenth to 0.42 to 1.2.
-constexpr double kThickAgainstFaces = 1.0 / 7, kStiffening = 8;
 
 // Along a crease, or nothing but the vertex itself in a corner.
 std::vector<int> SharpUmbrella(const DomainSamples& samples, int control_vertex) {
@@ -61,15 +57,16 @@ absl::StatusOr<std::vector<double>> FairnessWeights(const OrientedCloud& cloud,
   if (IsLeftOut(Mechanism::kStiffness)) return weights;
   const double usual = areas.area / static_cast<double>(weights.size());
   const auto weigh = [&](int64_t v) {
-    std::array<int, kNearPoints> near;
-    std::array<double, kNearPoints> squared;
-    const int count = index.Nearest(surface.positions.col(v), std::min(kNearPoints, index.size()),
-                                    near.data(), squared.data());
+    std::array<int, kCommon.near_points> near;
+    std::array<double, kCommon.near_points> squared;
+    const int count =
+        index.Nearest(surface.positions.col(v), std::min(kCommon.near_points, index.size()),
+                      near.data(), squared.data());
     double noise = 0;
     for (int k = 0; k < count; ++k) noise += double{cloud.noise[near[k]]} / count;
     const double edge = std::sqrt(std::max(areas.area * weights[v], usual));
-    const double thick = noise / (kThickAgainstFaces * edge);
-    if (thick > 1) weights[v] *= std::pow(thick, kStiffening);
+    const double thick = noise / (kFairness.thick_against_faces * edge);
+    if (thick > 1) weights[v] *= std::pow(thick, kFairness.stiffening);
   };
   RILIEVO_RETURN_IF_ERROR(
       ParallelForEach(static_cast<int64_t>(weights.size()), kHeavyBlock, context, weigh));

@@ -6,24 +6,17 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/geometry/connected_parts.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_ring.h"
 #include "core/loop/refinement.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// A vertex has points where one lies within so many spacings and deviations of noise beside it.
-constexpr double kNearSpacings = 1.5, kNearNoises = 4;
-// Sweeps end when no vertex moves by so much of the diagonal any more, or after so many.
-constexpr double kRest = 1e-7;
-constexpr int kMostSweeps = 2000;
-// Over-relaxation: a sweep goes farther than it was asked.
-constexpr double kOver = 1.7;
 
 // How far along `normal` from `place` an arc from a point with a normal passes.
 double ArcHeight(const Vector3d& place, const Vector3d& normal, const Vector3d& point,
@@ -35,9 +28,10 @@ double ArcHeight(const Vector3d& place, const Vector3d& normal, const Vector3d& 
 // arcs from them come to.
 void SettleAtPoints(const OrientedCloud& cloud, const PointIndex& index, Vector3d* place,
                     Vector3d* normal) {
-  int found[kPointsByBorder];
-  double squared[kPointsByBorder];
-  const int count = index.Nearest(*place, std::min(kPointsByBorder, index.size()), found, squared);
+  int found[kCommon.points_by_border];
+  double squared[kCommon.points_by_border];
+  const int count =
+      index.Nearest(*place, std::min(kCommon.points_by_border, index.size()), found, squared);
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < count; ++k) mean += cloud.normals.col(found[k]);
   const Vector3d x = mean.unitOrthogonal(), y = mean.normalized().cross(x);
@@ -93,10 +87,6 @@ std::vector<int> FromRimInwards(const VertexRings& rings, const std::vector<uint
   return order;
 }
 
-// Control points move by what their limits are off, in turn, with those of so many rings around the
-// empty parts: what they do to limits farther out is lost in the noise of the fit.
-constexpr int kBandRings = 3, kLimitRounds = 20;
-
 class ArcRelaxation {
  public:
   ArcRelaxation(const VertexRings& rings, Eigen::Matrix3Xd* places, Eigen::Matrix3Xd* normals)
@@ -151,7 +141,8 @@ absl::StatusOr<std::vector<uint8_t>> FindEmpty(const OrientedCloud& cloud, const
     const Vector3d normal = limit.normals.col(static_cast<int64_t>(v));
     const Vector3d way = cloud.points.col(point) - limit.positions.col(static_cast<int64_t>(v));
     const double beside = (way - way.dot(normal) * normal).norm();
-    is_empty[v] = beside > kNearSpacings * cloud.spacing[point] + kNearNoises * cloud.noise[point];
+    is_empty[v] = beside > kFillByArcs.near_spacings * cloud.spacing[point] +
+                               kFillByArcs.near_noises * cloud.noise[point];
   }
   return is_empty;
 }
@@ -209,19 +200,19 @@ absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& in
     normals.col(v) = normal;
   }
   ArcRelaxation relaxation(rings, &places, &normals);
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kFillByArcs.most_sweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     double farthest = 0;
-    for (const int v : order) farthest = std::max(farthest, relaxation.Relax(v, kOver));
-    if (sweep > 0 && farthest < kRest) break;
+    for (const int v : order) farthest = std::max(farthest, relaxation.Relax(v, kFillByArcs.over));
+    if (sweep > 0 && farthest < kFillByArcs.rest) break;
   }
-  const std::vector<uint8_t> band = WithRings(rings, is_empty, kBandRings);
+  const std::vector<uint8_t> band = WithRings(rings, is_empty, kFillByArcs.band_rings);
   int parts = 0;
   const std::vector<int> part = ConnectedParts(
       band, [&](int v) { return RingOf(rings, v); }, &parts);
   const std::vector<double> before = CurvatureVariation(rings, limit, part, parts);
   const Eigen::Matrix3Xd fitted = mesh->vertices;
-  for (int round = 0; round < kLimitRounds; ++round) {
+  for (int round = 0; round < kFillByArcs.limit_rounds; ++round) {
     for (int v = 0; v < places.cols(); ++v) {
       if (band[v] != 0) mesh->vertices.col(v) += places.col(v) - limit.positions.col(v);
     }

@@ -7,22 +7,14 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
-
-constexpr int kBorderRounds = 12;
-constexpr int kSamplesPerEdge = 8;
-// Of a sample's weight: what holds a control point where it is in each round, so that those that
-// the line leaves free along it hardly move.
-constexpr double kHoldAlong = 0.1;
-constexpr double kHoldCorner = 1e9;  // as good as fixed
-// Of a vector that is across a segment but for rounding, the most that is along it; unit frame.
-constexpr double kOnSegment = 1e-12;
 
 // A loop of the border in its order.
 struct BorderLoop {
@@ -43,15 +35,15 @@ struct CurveSample {
   }
 };
 
-// Uniform cubic B-spline, kSamplesPerEdge for each edge. Beyond a corner the polygon goes on
-// straight (p_-1 = 2 p_0 - p_1), which is what the rules of corners come to.
+// Uniform cubic B-spline, kFitBorder.samples_per_edge for each edge. Beyond a corner the polygon
+// goes on straight (p_-1 = 2 p_0 - p_1), which is what the rules of corners come to.
 std::vector<CurveSample> SamplesOfLoop(const std::vector<uint8_t>& corner) {
   const auto count = static_cast<int>(corner.size());
   const auto at = [&](int i) { return (i + count) % count; };
   std::vector<CurveSample> samples;
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < kSamplesPerEdge; ++k) {
-      const double t = static_cast<double>(k) / kSamplesPerEdge, s = 1 - t;
+    for (int k = 0; k < kFitBorder.samples_per_edge; ++k) {
+      const double t = static_cast<double>(k) / kFitBorder.samples_per_edge, s = 1 - t;
       CurveSample sample{{at(i - 1), i, at(i + 1), at(i + 2)},
                          {s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
                           (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6}};
@@ -97,7 +89,7 @@ class BorderFit {
   }
 
   // One round of Gauss and Newton for the points of a loop, of which corners stay. Whether they
-  // have moved by more than kAtRest.
+  // have moved by more than kCommon.at_rest.
   bool Round(const std::vector<CurveSample>& samples, BorderLoop* loop) const {
     const Eigen::Index count = loop->points.cols();
     std::vector<Eigen::Triplet<double>> entries;
@@ -108,7 +100,7 @@ class BorderFit {
       Eigen::Matrix3d across = Eigen::Matrix3d::Identity();
       Eigen::Vector3d miss = foot.place - place;
       // A sample slides along its segment, but not beyond an end of the line.
-      if (std::abs(foot.along.dot(miss)) < kOnSegment) {
+      if (std::abs(foot.along.dot(miss)) < kFitBorder.on_segment) {
         across -= foot.along * foot.along.transpose();
         miss = across * miss;
       }
@@ -129,7 +121,7 @@ class BorderFit {
     }
     for (int i = 0; i < static_cast<int>(3 * count); ++i) {
       const bool is_corner = loop->corner[static_cast<size_t>(i / 3)] != 0;
-      entries.emplace_back(i, i, is_corner ? kHoldCorner : kHoldAlong);
+      entries.emplace_back(i, i, is_corner ? kFitBorder.hold_corner : kFitBorder.hold_along);
     }
     Eigen::SparseMatrix<double> matrix(3 * count, 3 * count);
     matrix.setFromTriplets(entries.begin(), entries.end());
@@ -138,7 +130,7 @@ class BorderFit {
     const Eigen::VectorXd move = factors.solve(right);
     if (!move.allFinite()) return false;
     loop->points += Eigen::Map<const Eigen::Matrix3Xd>(move.data(), 3, count);
-    return move.cwiseAbs().maxCoeff() > kAtRest;
+    return move.cwiseAbs().maxCoeff() > kCommon.at_rest;
   }
 
   // How far the curve is off between each control point and the next.
@@ -147,7 +139,7 @@ class BorderFit {
     std::vector<double> misses(loop.vertices.size(), 0);
     for (size_t s = 0; s < samples.size(); ++s) {
       const Eigen::Vector3d place = samples[s].PlaceAmong(loop.points);
-      double& miss = misses[s / kSamplesPerEdge];
+      double& miss = misses[s / kFitBorder.samples_per_edge];
       miss = std::max(miss, (FootOf(place).place - place).norm());
     }
     return misses;
@@ -181,7 +173,7 @@ absl::StatusOr<BorderMiss> FitBorder(const KnownBorders& borders, double allowed
     loop.points = mesh->vertices(Eigen::all, loop.vertices);
     fit.PlaceCorners(&loop);
     const std::vector<CurveSample> samples = SamplesOfLoop(loop.corner);
-    for (int round = 0; round < kBorderRounds; ++round) {
+    for (int round = 0; round < kFitBorder.border_rounds; ++round) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       if (!fit.Round(samples, &loop)) break;
     }

@@ -12,16 +12,11 @@
 #include "core/domain/fit_rounds.h"
 #include "core/domain/foot_points.h"
 #include "core/domain/least_squares_fit.h"
+#include "core/domain/settings.h"
 #include "core/domain/suzuki_update.h"
 
 namespace rilievo {
 namespace {
-
-constexpr double kConvergedMove = 1e-4;
-// A finer level than 1 only up to so many: 12 000 control faces at level 2 took 500 000 clean
-// points three times as long and 100 MB more, for the same error and bytes of the displaced
-// surface.
-constexpr int64_t kMostSamples = 60'000;
 
 absl::Status CheckRange(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return absl::OkStatus();
@@ -30,12 +25,13 @@ absl::Status CheckRange(const char* field, double value, double low, double high
 }
 
 // Samples in greater number than the cloud's points would only repeat them: the lowest level, from
-// 1, that has as many, or the asked one, unless that has more than kMostSamples.
+// 1, that has as many, or the asked one, unless that has more than kFitLoopDomain.most_samples.
 int SampleLevel(const ControlMesh& mesh, int64_t point_count, int asked) {
   int level = std::min(asked, 1);
   // A refinement has about half as many vertices as faces.
   int64_t samples = mesh.faces.cols() * (int64_t{1} << (2 * level)) / 2;
-  for (; level < asked && samples < point_count && 4 * samples <= kMostSamples; ++level) {
+  for (; level < asked && samples < point_count && 4 * samples <= kFitLoopDomain.most_samples;
+       ++level) {
     samples *= 4;
   }
   return level;
@@ -94,7 +90,7 @@ absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointI
   fit.rms_after = state.rms.back();
   fit.round_rms.assign(state.rms.begin() + 1, state.rms.end());
   fit.rounds = static_cast<int>(fit.round_rms.size());
-  fit.converged = fit.rounds > 0 && state.largest_move < kConvergedMove;
+  fit.converged = fit.rounds > 0 && state.largest_move < kFitLoopDomain.converged_move;
   return fit;
 }
 

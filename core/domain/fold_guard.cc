@@ -5,12 +5,11 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/geometry/vertex_ring.h"
 
 namespace rilievo {
 namespace {
-
-constexpr int kPasses = 5;
 
 // The control points on which the limit surface over a control face depends: the rings of its
 // corners.
@@ -49,7 +48,7 @@ absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& bef
                        const std::vector<uint8_t>& folded_before, const RunContext& context,
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface) {
   if (IsLeftOut(Mechanism::kFoldGuard)) return absl::OkStatus();
-  for (int pass = 1; pass <= kPasses; ++pass) {
+  for (int pass = 1; pass <= kFoldGuard.passes; ++pass) {
     const std::vector<uint8_t> folded = FindFolds(samples, *surface, context);
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     std::vector<uint8_t> undo(static_cast<size_t>(samples.control_vertex_count()), 0);
@@ -60,7 +59,7 @@ absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& bef
       MarkSupport(samples, static_cast<Eigen::Index>(face), &undo);
     }
     if (!any) return absl::OkStatus();
-    const double kept = pass < kPasses ? 0.5 : 0.0;
+    const double kept = pass < kFoldGuard.passes ? 0.5 : 0.0;
     for (int v = 0; v < samples.control_vertex_count(); ++v) {
       if (!undo[static_cast<size_t>(v)]) continue;
       control_points->col(v) = before.col(v) + kept * (control_points->col(v) - before.col(v));

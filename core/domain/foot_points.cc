@@ -9,24 +9,14 @@
 
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/domain/sharp_foot_points.h"
 #include "core/geometry/vertex_ring.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
-
-// Beyond a gap of so many spacings lies the far side of an opening, or strays: a boundary that
-// follows them spans open space.
-constexpr double kBorderGap = 2.0;
-// The direction from a far sample to its foot is as uncertain as the normals are.
-constexpr double kGapPerOffset = 0.5;
-// Of a foot on a known line, beside that of other samples: no height mends what lies aside of it.
-// Between 10 and 100 six pairs of combined solids went either way.
-constexpr double kLineStrength = 30;
-// Nothing farther than this many control edges belongs to a sample, unless it was assigned to it.
-constexpr double kReachInControlEdges = 2.0;
 
 // A sample, and the means over the cloud points that vouch for its foot.
 class FootSum {
@@ -41,13 +31,13 @@ class FootSum {
   // One of the sample's nearest points; counts only where it lies across from the sample rather
   // than aside. Returns false for a point of another sheet.
   bool AddNearest(int point) {
-    if (cloud_.normals.col(point).dot(normal_) <= kSameSheet) return false;
+    if (cloud_.normals.col(point).dot(normal_) <= kCommon.same_sheet) return false;
     const double offset = Offset(point);
     const double squared_way = (cloud_.points.col(point) - position_).squaredNorm();
     const double squared_aside = std::max(0.0, squared_way - offset * offset);
     // A sample whose nearest points all lie farther aside stands over a hole.
-    const double gap = kGapSpacings * cloud_.spacing[static_cast<size_t>(point)] +
-                       kGapPerOffset * std::abs(offset);
+    const double gap = kCommon.gap_spacings * cloud_.spacing[static_cast<size_t>(point)] +
+                       kFootPoints.gap_per_offset * std::abs(offset);
     if (squared_aside < gap * gap && squared_way < reach_ * reach_) {
       Add(point, offset, std::exp(-4.5 * squared_aside / (gap * gap)));
     }
@@ -79,9 +69,9 @@ class FootSum {
 };
 
 void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, FootSum* sum) {
-  int found[kPointsByBorder];
-  double squared[kPointsByBorder];
-  for (int wanted : {kNearPoints, kPointsByBorder}) {
+  int found[kCommon.points_by_border];
+  double squared[kCommon.points_by_border];
+  for (int wanted : {kCommon.near_points, kCommon.points_by_border}) {
     const int count = index.Nearest(position, wanted, found, squared);
     bool same_sheet = false;
     for (int k = 0; k < count; ++k) same_sheet |= sum->AddNearest(found[k]);
@@ -97,7 +87,7 @@ double Reach(const DomainSamples& samples, const SampledSurface& surface, int sa
     length += (surface.positions.col(other) - surface.positions.col(sample)).norm();
   }
   length /= static_cast<double>(ring.size());
-  return kReachInControlEdges * length * (1 << samples.refinement.max_level());
+  return kFootPoints.reach_in_control_edges * length * (1 << samples.refinement.max_level());
 }
 
 void Resize(int count, FootPoints* feet) {
@@ -163,9 +153,9 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
 
 std::optional<SharpFootPoint> FootPointSearch::FootOnSides(const SampledSurface& surface,
                                                            int sample) const {
-  int found[kPointsByBorder];
-  double squared[kPointsByBorder];
-  const int wanted = std::min(kPointsByBorder, index_.size());
+  int found[kCommon.points_by_border];
+  double squared[kCommon.points_by_border];
+  const int wanted = std::min(kCommon.points_by_border, index_.size());
   const int count = index_.Nearest(surface.positions.col(sample), wanted, found, squared);
   return FindSharpFootPoint(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
 }
@@ -173,9 +163,10 @@ std::optional<SharpFootPoint> FootPointSearch::FootOnSides(const SampledSurface&
 // Corners have had their places from the beginning.
 std::optional<SharpFootPoint> FootPointSearch::FootOnLine(const SampledSurface& surface,
                                                           int sample) const {
-  SharpFootPoint foot{Eigen::Vector3d::Zero(),
-                      cloud_.median_spacing,
-                      {Eigen::Matrix3d::Identity(), kLineStrength * Eigen::Vector3d::Ones()}};
+  SharpFootPoint foot{
+      Eigen::Vector3d::Zero(),
+      cloud_.median_spacing,
+      {Eigen::Matrix3d::Identity(), kFootPoints.line_strength * Eigen::Vector3d::Ones()}};
   const bool is_corner = sample < samples_.control_vertex_count() &&
                          samples_.control_kinds[sample] == VertexKind::kCorner;
   if (is_corner) return foot;
@@ -217,21 +208,21 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
   feet->conormals.col(sample) = conormal;
   const double step = chord.norm() / 2;
   const double reach = Reach(samples_, surface, sample);
-  int found[kPointsByBorder];
-  double squared[kPointsByBorder];
-  const int count = index_.Nearest(position, kPointsByBorder, found, squared);
+  int found[kCommon.points_by_border];
+  double squared[kCommon.points_by_border];
+  const int count = index_.Nearest(position, kCommon.points_by_border, found, squared);
   const double spacing_here = cloud_.spacing[static_cast<size_t>(found[0])];
   // How far out the points lie that the boundary falls short of, and over which gap each is met.
   std::vector<std::pair<double, double>> beyond;
   const auto look_at = [&](int point) {
-    if (cloud_.normals.col(point).dot(normal) <= kSameSheet) return;
+    if (cloud_.normals.col(point).dot(normal) <= kCommon.same_sheet) return;
     const Eigen::Vector3d way = cloud_.points.col(point) - position;
     const double spacing = cloud_.spacing[static_cast<size_t>(point)];
     if (std::abs(along.dot(way)) > std::max(step / 2, spacing)) return;
     if (way.squaredNorm() > reach * reach) return;
     const double border = conormal.dot(way);
     if (border > 0) {
-      beyond.emplace_back(border, kBorderGap * std::min(spacing, spacing_here));
+      beyond.emplace_back(border, kFootPoints.border_gap * std::min(spacing, spacing_here));
       return;
     }
     if (feet->border_weight[i] == 0 || border > feet->border_offset[i]) {

@@ -9,19 +9,9 @@
 #include "core/domain/fit_energy.h"
 #include "core/domain/minimize_energy.h"
 #include "core/domain/sample_targets.h"
+#include "core/domain/settings.h"
 
 namespace rilievo {
-namespace {
-
-// A round after which the cloud is farther off than this many times the distance before it is
-// taken back.
-constexpr double kWorse = 1.05;
-// So many times the RMS wanted are out of reach after the first round: the later ones take off a
-// tenth to a sixth together.
-constexpr double kOutOfReach = 1.4;
-
-}  // namespace
-
 absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& options,
                              const RunContext& context, FootPointSearch* search, FitState* state) {
   const AreaShares areas = ShareArea(samples, state->surface);
@@ -40,9 +30,11 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
                                        tangential_weight, context, &targets));
     const auto solve = [&] { MinimizeEnergy(energy, context, &state->control_points); };
     bool taken = false;
-    RILIEVO_RETURN_IF_ERROR(TakeRound(samples, solve, kWorse, context, search, state, &taken));
+    RILIEVO_RETURN_IF_ERROR(
+        TakeRound(samples, solve, kLeastSquaresFit.worse, context, search, state, &taken));
     if (!taken) tangential_weight = std::clamp(10 * tangential_weight, 0.1, 1.0);
-    if (options.wanted_rms > 0 && taken && state->rms.back() > kOutOfReach * options.wanted_rms) {
+    if (options.wanted_rms > 0 && taken &&
+        state->rms.back() > kLeastSquaresFit.out_of_reach * options.wanted_rms) {
       break;
     }
   }

@@ -9,16 +9,10 @@
 #include <optional>
 #include <utility>
 
+#include "core/domain/settings.h"
+
 namespace rilievo {
 namespace {
-
-constexpr double kForcing = 0.1;
-constexpr int kMaxConjugateGradients = 30;
-// Of the energy at the start, by the square root of it in the coordinates below: what could still
-// be gained is next to nothing. Ceres complains of slopes below 1e-12.
-constexpr double kLeastGradient = 2e-6;
-// Of the slope of a line at its start: a parabola is met exactly by the second trial at the latest.
-constexpr double kLineEnd = 1e-2;
 
 using Points = Eigen::Map<const Eigen::Matrix3Xd>;
 
@@ -39,7 +33,7 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
     for (Eigen::Index v = 0; v < start.cols(); ++v) {
       Eigen::Matrix3d block = blocks.middleCols<3>(3 * v) / start_energy;
       // On a flat patch nothing but fairness may hold a point along it.
-      block.diagonal().array() += kHoldWeight * block.trace();
+      block.diagonal().array() += kSampleTargets.hold_weight * block.trace();
       const Eigen::LLT<Eigen::Matrix3d> factors(block);
       Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
       if (factors.info() == Eigen::Success) factors.matrixU().solveInPlace(inverse);
@@ -96,14 +90,14 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
   // Of a quadratic function two samples tell all others on their line, where a line search goes
   // after its first trial.
   std::optional<Sample> OnTheirLine(const Eigen::VectorXd& y) const {
-    constexpr double kOffLine = 1e-12;  // of the samples' distance
     if (y == here_.at) return here_;
     if (before_.at.size() == 0) return std::nullopt;
     const Eigen::VectorXd way = here_.at - before_.at;
     const double length = way.squaredNorm();
     if (!(length > 0)) return std::nullopt;
     const double part = way.dot(y - before_.at) / length;
-    if ((y - before_.at - part * way).squaredNorm() > kOffLine * kOffLine * length) {
+    if ((y - before_.at - part * way).squaredNorm() >
+        kMinimizeEnergy.off_line * kMinimizeEnergy.off_line * length) {
       return std::nullopt;
     }
     Sample sample = {y, 0, before_.gradient + part * (here_.gradient - before_.gradient)};
@@ -129,8 +123,9 @@ class SlowedDown final : public ceres::IterationCallback {
       return ceres::SOLVER_CONTINUE;
     }
     const double mean = (start_ - summary.cost) / summary.iteration;
-    return summary.cost_change < kForcing * mean ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                                                 : ceres::SOLVER_CONTINUE;
+    return summary.cost_change < kMinimizeEnergy.forcing * mean
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
   }
 
  private:
@@ -152,10 +147,10 @@ void MinimizeEnergy(const FitEnergy& energy, const RunContext& context,
   SlowedDown slowed_down(context);
   ceres::GradientProblemSolver::Options options;
   options.line_search_direction_type = ceres::NONLINEAR_CONJUGATE_GRADIENT;
-  options.line_search_sufficient_curvature_decrease = kLineEnd;
-  options.max_num_iterations = kMaxConjugateGradients;
+  options.line_search_sufficient_curvature_decrease = kMinimizeEnergy.line_end;
+  options.max_num_iterations = kMinimizeEnergy.max_conjugate_gradients;
   options.function_tolerance = 0;
-  options.gradient_tolerance = kLeastGradient;
+  options.gradient_tolerance = kMinimizeEnergy.least_gradient;
   options.parameter_tolerance = 0;
   options.update_state_every_iteration = true;
   options.logging_type = ceres::SILENT;

@@ -6,15 +6,11 @@
 #include <cstdint>
 
 #include "core/base/parallel_for_each.h"
+#include "core/domain/settings.h"
 #include "core/domain/sharp_foot_points.h"
 
 namespace rilievo {
 namespace {
-
-// Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
-// With 1 the points of the scans distcap, tum_rabbit and room_lidar come 8 to 14 % nearer in RMS;
-// but against the truth of genus2-open the RMS is 0.5 % larger, and files take 5 % more bytes.
-constexpr double kBorderWeight = 0.3;
 
 struct Aim {
   const DomainSamples& samples;
@@ -35,7 +31,7 @@ struct Aim {
     directions.setZero();
     if (!data && !border) {
       if (!corner) return;
-      const double hold = std::sqrt(kHoldWeight * areas.control_vertices[i]);
+      const double hold = std::sqrt(kSampleTargets.hold_weight * areas.control_vertices[i]);
       directions(0) = directions(4) = directions(8) = hold;
       return;
     }
@@ -43,7 +39,7 @@ struct Aim {
     Eigen::Vector3d across = feet.conormals.col(sample);
     if (across.isZero()) across = normal.unitOrthogonal();
     const double beside = corner ? tangential_weight * areas.control_vertices[i] : 0.0;
-    const double toward_border = border ? kBorderWeight * areas.samples[i] : beside;
+    const double toward_border = border ? kSampleTargets.border_weight * areas.samples[i] : beside;
     directions.segment<3>(0) = std::sqrt(feet.weight[i] * areas.samples[i]) * normal;
     directions.segment<3>(3) = std::sqrt(toward_border) * across;
     directions.segment<3>(6) = std::sqrt(beside) * normal.cross(across);
@@ -61,9 +57,10 @@ struct Aim {
     const SideAxes& sides = feet.sharp_axes[samples.sharp_slot[i]];
     const int rows = targets->row_count[i];
     for (int k = 0; k < rows; ++k) {
-      const bool data = feet.weight[i] > 0 && sides.strength[k] > kLeastStrength;
+      const bool data = feet.weight[i] > 0 && sides.strength[k] > kSharpFootPoints.least_strength;
       double weight = data ? feet.weight[i] * areas.samples[i] * sides.strength[k] : beside;
-      if (corner && feet.weight[i] == 0) weight = kHoldWeight * areas.control_vertices[i];
+      if (corner && feet.weight[i] == 0)
+        weight = kSampleTargets.hold_weight * areas.control_vertices[i];
       directions.segment<3>(3 * k) = std::sqrt(weight) * sides.axes.col(k);
     }
   }

@@ -8,13 +8,8 @@
 #include "core/base/run_context.h"
 #include "core/domain/domain_samples.h"
 #include "core/domain/foot_points.h"
-#include "core/points/belonging.h"
 
 namespace rilievo {
-
-// Holds a control vertex without data where it is, just enough to keep the system regular where
-// fairness leaves it free (a component of the control mesh that no point supports).
-inline constexpr double kHoldWeight = 1e-9;
 
 // Column = sample.
 struct SampleTargets {

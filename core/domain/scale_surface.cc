@@ -13,22 +13,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/domain/settings.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_ring.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
 namespace {
-
-// Beside the 1 of an umbrella: keeps what lies far from all features where the scaling takes it,
-// while the change beside a feature spreads over some four edges.
-constexpr double kPositionWeight = 0.05;
-// Of the diagonal.
-constexpr double kBoxTolerance = 1e-10;
-// Each leaves less than a tenth of the miss, unless features fix the box.
-constexpr int kMostRounds = 25;
-// Along an axis, up or down.
-constexpr double kMostScaling = 1000;
 
 // Sum of weights times control points, less a target.
 class WeightedSum final : public ceres::CostFunction {
@@ -166,7 +157,8 @@ absl::StatusOr<Eigen::Matrix3Xd> SolveScaled(const Eigen::Matrix3Xd& scaled,
       target += weights.back() * scaled.col(neighbor);
     }
     problem.AddResidualBlock(new WeightedSum(weights, target), nullptr, blocks);
-    problem.AddResidualBlock(new WeightedSum({kPositionWeight}, kPositionWeight * scaled.col(v)),
+    problem.AddResidualBlock(new WeightedSum({kScaleSurface.position_weight},
+                                             kScaleSurface.position_weight * scaled.col(v)),
                              nullptr, points.col(v).data());
   }
   for (Eigen::Index v = 0; v < points.cols(); ++v) {
@@ -217,11 +209,14 @@ absl::StatusOr<ScaledSurface> ScaleSurface(const DisplacedSurface& surface,
   const Eigen::Vector3d middle = (before.low + before.high) / 2, wanted = size / frame.diagonal;
   Eigen::Vector3d factors = wanted.cwiseQuotient(before.size());
   for (int axis = 0; axis < 3; ++axis) {
-    if (factors[axis] >= 1 / kMostScaling && factors[axis] <= kMostScaling) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        "size: along ", std::string(1, "xyz"[axis]), " the box is ",
-        frame.diagonal * before.size()[axis], ", which cannot become ", size[axis],
-        "; lengths from a ", kMostScaling, "th of it to ", kMostScaling, " times it are allowed"));
+    if (factors[axis] >= 1 / kScaleSurface.most_scaling &&
+        factors[axis] <= kScaleSurface.most_scaling)
+      continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("size: along ", std::string(1, "xyz"[axis]), " the box is ",
+                     frame.diagonal * before.size()[axis], ", which cannot become ", size[axis],
+                     "; lengths from a ", kScaleSurface.most_scaling, "th of it to ",
+                     kScaleSurface.most_scaling, " times it are allowed"));
   }
   const Eigen::Matrix3Xd& given = surface.control_mesh.vertices;
   DisplacedSurface scaled = surface;
@@ -247,8 +242,8 @@ absl::StatusOr<ScaledSurface> ScaleSurface(const DisplacedSurface& surface,
     ++result.rounds;
     RILIEVO_ASSIGN_OR_RETURN(const BoxOfVertices box, BoxOf(scaled, context));
     result.size = frame.diagonal * box.size();
-    if ((box.size() - wanted).cwiseAbs().maxCoeff() <= kBoxTolerance) break;
-    if (result.rounds == kMostRounds) {
+    if ((box.size() - wanted).cwiseAbs().maxCoeff() <= kScaleSurface.box_tolerance) break;
+    if (result.rounds == kScaleSurface.most_rounds) {
       Eigen::Index axis = 0;
       (box.size() - wanted).cwiseAbs().maxCoeff(&axis);
       return absl::FailedPreconditionError(absl::StrCat(

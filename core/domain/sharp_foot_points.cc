@@ -6,16 +6,12 @@
 
 #include "core/base/ablation.h"
 #include "core/domain/cloud_assignment.h"
+#include "core/domain/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Least cosine of the normals of a point and of its side.
-constexpr double kOwnSide = 0.75;
-// Points count by a Gaussian of so many spacings.
-constexpr double kReachSpacings = 2.5;
 
 struct SideSum {
   double offset = 0, weight = 0;
@@ -56,12 +52,12 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
         best = k;
       }
     }
-    if (agreement < kOwnSide) continue;
+    if (agreement < kSharpFootPoints.own_side) continue;
     const Vector3d way = cloud.points.col(point) - position;
     const double spacing = cloud.spacing[static_cast<size_t>(point)];
     const double offset = HalfwayNormal(normal, surface.side_normals.col(first + best)).dot(way);
     const double aside2 = std::max(0.0, way.squaredNorm() - offset * offset);
-    const double reach = kReachSpacings * spacing;
+    const double reach = kSharpFootPoints.reach_spacings * spacing;
     // Normals estimated across the edge lean: the less a point's own leans, the more it counts.
     const double weight = std::exp(-aside2 / (2 * reach * reach)) * std::pow(agreement, 8);
     sums[static_cast<size_t>(best)].offset += weight * offset;
@@ -85,7 +81,7 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
   foot.move.setZero();
   for (int k = 0; k < 3; ++k) {
-    if (solver.eigenvalues()[k] < kLeastStrength) continue;
+    if (solver.eigenvalues()[k] < kSharpFootPoints.least_strength) continue;
     const Vector3d axis = solver.eigenvectors().col(k);
     foot.move += axis.dot(right) / solver.eigenvalues()[k] * axis;
   }

@@ -19,9 +19,6 @@ struct SideAxes {
 };
 SideAxes AxesOfSides(const DomainSamples& samples, const SampledSurface& surface, int sample);
 
-// Axes weaker than this tell nothing: the sides' planes meet too flatly across them.
-inline constexpr double kLeastStrength = 0.03;
-
 struct SharpFootPoint {
   Eigen::Vector3d move;  // from the sample to where the sides' points meet, across the crease
   double spacing = 0;    // of the points

@@ -3,17 +3,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/domain/settings.h"
 #include "core/geometry/vertex_ring.h"
 
 namespace rilievo {
 namespace {
 
-// Jacobi sweeps that carry the moves of a hole's rim inwards: enough for holes ten rings wide.
-constexpr int kFillSweeps = 100;
-
 void FillMoves(const VertexRings& rings, const std::vector<int>& without_data,
                Eigen::Matrix3Xd* moves) {
-  for (int sweep = 0; sweep < kFillSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kSuzukiUpdate.fill_sweeps; ++sweep) {
     const Eigen::Matrix3Xd before = *moves;
     for (int vertex : without_data) {
       const std::span<const int> ring = RingOf(rings, vertex);

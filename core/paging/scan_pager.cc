@@ -17,6 +17,7 @@
 #include "core/paging/cell_thinner.h"
 #include "core/points/morton_order.h"
 #include "core/scan/clean/check_scan.h"
+#include "core/scan/clean/settings.h"
 
 namespace rilievo {
 namespace {
@@ -224,7 +225,7 @@ absl::Status ScanPager::TooFew(int64_t distinct) const {
   return absl::InvalidArgumentError(
       absl::StrCat("points: ", distinct, " distinct finite points (dropped: ", figures_.non_finite,
                    " non-finite, ", figures_.duplicates, " duplicates, ", figures_.strays,
-                   " strays), at least ", kMinScanPoints, " are needed"));
+                   " strays), at least ", kCheckScan.min_scan_points, " are needed"));
 }
 
 absl::StatusOr<Eigen::Matrix3Xd> ScanPager::ReadRun(int64_t begin) const {
@@ -306,7 +307,7 @@ absl::StatusOr<PagedScan> ScanPager::Finish(const RunContext& context) {
     last = place.point;
     RILIEVO_RETURN_IF_ERROR(writer.Add(place));
   }
-  if (writer.size() < kMinScanPoints) return TooFew(writer.size());
+  if (writer.size() < kCheckScan.min_scan_points) return TooFew(writer.size());
   context.Report(Stage::kCheck, 1);
   // Frees its room on the disk, though a server may keep the file open.
   RILIEVO_RETURN_IF_ERROR(raw_.Resize(0));

@@ -12,6 +12,7 @@
 #include "core/base/run_context.h"
 #include "core/paging/paged_scan.h"
 #include "core/paging/scratch_file.h"
+#include "core/scan/clean/settings.h"
 
 namespace rilievo {
 
@@ -36,8 +37,8 @@ class ScanPager {
   // Column = point, scan frame; what is not finite is counted and dropped.
   absl::Status Add(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 
-  // INVALID_ARGUMENT when fewer than kMinScanPoints distinct finite points remain, and where
-  // BoundingFrame() refuses them; RESOURCE_EXHAUSTED when there is no room for the pages. Of
+  // INVALID_ARGUMENT when fewer than kCheckScan.min_scan_points distinct finite points remain, and
+  // where BoundingFrame() refuses them; RESOURCE_EXHAUSTED when there is no room for the pages. Of
   // duplicates only those at exactly the same place are dropped. Nothing may be added afterwards.
   // In a folder that keeps its files FindPagedScan() finds the pages again.
   absl::StatusOr<PagedScan> Finish(const RunContext& context);

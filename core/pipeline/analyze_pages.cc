@@ -10,6 +10,7 @@
 #include "core/codec/bytes/saved_value.h"
 #include "core/pipeline/analyze_block.h"
 #include "core/pipeline/page_runs.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
@@ -49,7 +50,6 @@ absl::StatusOr<RunPoints> ReadRun(const PagedScan& scan, const PageRuns& runs, c
 absl::StatusOr<std::vector<Surfel>> SurfelsFromThinned(const Eigen::Matrix3Xd& points,
                                                        const ScanSurface& coarse,
                                                        const RunContext& context) {
-  constexpr double kNearSpacings = 3;
   const OrientedCloud& cloud = coarse.cloud;
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
                            coarse.index.NearestOfEach(points, context));
@@ -57,7 +57,8 @@ absl::StatusOr<std::vector<Surfel>> SurfelsFromThinned(const Eigen::Matrix3Xd& p
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const int near = nearest[i];
     const double away = (points.col(i) - cloud.points.col(near)).norm();
-    if (away <= kNearSpacings * cloud.spacing[near]) surfels[i] = SurfelOf(cloud, near);
+    if (away <= kAnalyzePages.near_spacings * cloud.spacing[near])
+      surfels[i] = SurfelOf(cloud, near);
   }
   return surfels;
 }
@@ -101,7 +102,7 @@ absl::StatusOr<int64_t> PointsOfSurface(const PagedScan& scan, const ScratchSurf
 absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurface& coarse,
                                            int64_t part_points, const ReconstructOptions& options,
                                            const PartsRun& run, const RunContext& context) {
-  const double halo = kPartHalo * coarse.cloud.median_spacing * coarse.frame.diagonal;
+  const double halo = kPageRuns.part_halo * coarse.cloud.median_spacing * coarse.frame.diagonal;
   const PageRuns cutter(scan, halo);
   const std::vector<PageRun> runs = cutter.Cut(part_points);
   RILIEVO_ASSIGN_OR_RETURN(ScratchSurfels surfels, ScratchSurfels::Create(scan));

@@ -16,8 +16,9 @@
 #include "core/meshes/check_mesh.h"
 #include "core/pipeline/compact_parts.h"
 #include "core/pipeline/options_text.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/shape_input.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/heights_in_memory.h"
 #include "core/surface/part_triangles.h"
@@ -80,8 +81,8 @@ class FigureList {
  public:
   void Add(std::string name, double stated, double found) {
     if (stated < 0) return;
-    constexpr double kRelative = 3e-4, kAbsolute = 5e-13;
-    const bool agrees = std::abs(stated - found) <= kRelative * std::max(stated, found) + kAbsolute;
+    const bool agrees = std::abs(stated - found) <=
+                        kCertificate.relative * std::max(stated, found) + kCertificate.absolute;
     figures.push_back({std::move(name), stated, found, agrees});
   }
   void Add(const std::string& name, const DssDistance& stated, const DssDistance& found) {
@@ -172,12 +173,12 @@ absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
                                              const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(Shape triangles, FinestTriangles(surface, context));
   triangles.filled = std::move(filled);
-  return MeasureAgainst(triangles, points, MeasureOptions{kCertifiedSamples}, context);
+  return MeasureAgainst(triangles, points, MeasureOptions{kCertificate.certified_samples}, context);
 }
 
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
                                                const RunContext& context) {
-  return MeasureTwoSided(surface, points, MeasureOptions{kCertifiedSamples}, context);
+  return MeasureTwoSided(surface, points, MeasureOptions{kCertificate.certified_samples}, context);
 }
 
 Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh) {
@@ -185,7 +186,7 @@ Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh) {
 }
 
 Shape PointsToMeasure(OrientedCloud cloud) {
-  for (float& gap : cloud.spacing) gap *= static_cast<float>(kGapSpacings);
+  for (float& gap : cloud.spacing) gap *= static_cast<float>(kCommon.gap_spacings);
   return {std::move(cloud.points), {}, std::move(cloud.spacing), std::move(cloud.normals)};
 }
 
@@ -228,7 +229,8 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
   };
   const auto measure = [&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(
-        error, MeasureAgainst(triangles, *points, MeasureOptions{kCertifiedSamples}, context));
+        error, MeasureAgainst(triangles, *points, MeasureOptions{kCertificate.certified_samples},
+                              context));
     return absl::OkStatus();
   };
   if (points == nullptr) {

@@ -30,8 +30,6 @@ std::string HashOfScan(const PointCloud& scan);
 // asks for no filling, for then a part of the surface without points is an error of it.
 std::vector<uint8_t> FilledVertices(const DisplacedSurface& surface, const ControlOptions& control);
 
-inline constexpr int kCertifiedSamples = 50000;
-
 // Two-sided error of the surface's finest level against points of its unit frame: 50 000 samples of
 // the surface and every point. Their RMS is within 1 % of that of 200 000 samples. `filled`: see
 // FilledVertices().

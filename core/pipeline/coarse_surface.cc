@@ -19,6 +19,7 @@
 #include "core/pipeline/option_lengths.h"
 #include "core/pipeline/pages_to_thin.h"
 #include "core/pipeline/run_parts.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/shape_input.h"
 #include "core/surface/stored_surface.h"
 
@@ -26,8 +27,6 @@ namespace rilievo {
 namespace {
 
 constexpr char kCoarseName[] = "coarse";
-// Points that the coarse pass sees of a scan with thick noise, for each that tells of shape.
-constexpr int64_t kSampledOfTelling = 2;
 
 // TellingPoints() of all points, of which the cloud is a sample.
 int64_t TellingOfPages(const PagedScan& pages, const OrientedCloud& cloud,
@@ -38,9 +37,8 @@ int64_t TellingOfPages(const PagedScan& pages, const OrientedCloud& cloud,
 // As many control faces as suit all points, as far as the `thinned` ones show their shape: they are
 // fitted to all.
 ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t thinned, int64_t telling) {
-  constexpr int64_t kThinnedPerFace = 4;
-  options.control.target_faces = static_cast<int>(
-      std::clamp<int64_t>(thinned / kThinnedPerFace, 1, DefaultControlFaces(telling)));
+  options.control.target_faces = static_cast<int>(std::clamp<int64_t>(
+      thinned / kCoarseSurface.thinned_per_face, 1, DefaultControlFaces(telling)));
   return options;
 }
 
@@ -48,9 +46,8 @@ ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t thinned
 // would allow.
 ReconstructOptions AtCoarseLevel(ReconstructOptions options, const OrientedCloud& thinned,
                                  int64_t control_faces) {
-  constexpr double kPointsPerVertex = 4;
   const auto points = static_cast<double>(thinned.points.cols());
-  options.max_level = LevelAsDenseAs(points / kPointsPerVertex, control_faces);
+  options.max_level = LevelAsDenseAs(points / kCoarseSurface.points_per_vertex, control_faces);
   return options;
 }
 
@@ -291,7 +288,8 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
     { const ScanSurface spent = std::move(scan); }
     RILIEVO_ASSIGN_OR_RETURN(
         thinned.points,
-        pages.Sampled(std::min(coarse_points, kSampledOfTelling * telling), left_out, context));
+        pages.Sampled(std::min(coarse_points, kCoarseSurface.sampled_of_telling * telling),
+                      left_out, context));
     RILIEVO_ASSIGN_OR_RETURN(scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
     medians->noise = scan.cloud.median_noise;  // which fewer points tell better
     return scan;

@@ -18,6 +18,7 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/compact_parts.h"
 #include "core/pipeline/run_parts.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/shared_coding.h"
 #include "core/surface/heights_in_memory.h"
 #include "core/surface/measure_parts.h"
@@ -221,7 +222,7 @@ class StoredCoding {
     step.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
       RILIEVO_ASSIGN_OR_RETURN(
           MeasuredPart found,
-          MeasurePart(parts, part, MeasureOptions{kCertifiedSamples}, own, *points_));
+          MeasurePart(parts, part, MeasureOptions{kCertificate.certified_samples}, own, *points_));
       if (shared == nullptr) {
         measured[static_cast<size_t>(part)] = std::move(found);
         return std::vector<uint8_t>();
@@ -294,14 +295,13 @@ double ShareOfSource(HeightSource source, const std::array<int64_t, 3>& counts) 
 
 std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter& cutter,
                                  int64_t block_vertices, const EncodeOptions& options) {
-  constexpr int64_t kMostFaces = 1024;
   const int64_t vertices = VertexCountAt(cutter.topology(), surface.max_level);
   const int64_t faces = cutter.topology().face_count();
   if (vertices <= block_vertices || surface.max_level < kFirstGroupedLevel) return std::nullopt;
   const int64_t fitting = block_vertices * faces / vertices;
-  const auto group = options.group_faces >= 0
-                         ? int64_t{options.group_faces}
-                         : std::clamp<int64_t>(fitting, kLeastGroupLimit, kMostFaces);
+  const auto group = options.group_faces >= 0 ? int64_t{options.group_faces}
+                                              : std::clamp<int64_t>(fitting, kLeastGroupLimit,
+                                                                    kCodeStoredSurface.most_faces);
   if (group == 0 || faces <= group) return std::nullopt;
   return static_cast<int>(group);
 }

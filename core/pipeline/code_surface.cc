@@ -7,16 +7,10 @@
 
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
-
-constexpr double kShareOfOwn = 0.3;  // sqrt(1 + 0.3^2) = 1.044
-// Of an error asked for. Where it cannot be measured: what the surface errs between the points is
-// not all in its own error.
-constexpr double kAimMeasured = 0.985, kAim = 0.96;
-constexpr double kNoiseRoom = 1.12;
-constexpr double kFinest = 1e-7, kCoarsest = 0.1;  // EncodeOptions::max_error
 
 // `to_keep`: as the certificate will state it.
 absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& mesh,
@@ -46,12 +40,6 @@ absl::StatusOr<EncodedSurface> Encode(const CodedSurface& coded, std::optional<d
                    context);
 }
 
-// Of KeepError().
-constexpr double kClose = 0.98;  // of the error asked for: bytes to be won above are not worth it
-// Of it, between that and 1; a narrower bracket of coding errors is not divided further.
-constexpr double kKeepAim = 0.99;
-constexpr double kLeastFactor = 0.4, kMostFactor = 1.6;
-
 double Squared(double x) { return x * x; }
 
 // Search over the RMS error that the heights are coded with. What coding adds to the mean square
@@ -63,15 +51,17 @@ class KeepSearch {
   // The next coding error after `error` was measured with `coding`; 0 when the search is over.
   double Next(double coding, double error) {
     (error <= limit_ ? low_ : high_) = coding;
-    if (error <= limit_ && error >= kClose * limit_) return 0;
-    if (low_ > 0 && high_ > 0 && kKeepAim * high_ < low_) return 0;
-    const double aim = kKeepAim * limit_;
+    if (error <= limit_ && error >= kCodeSurface.close * limit_) return 0;
+    if (low_ > 0 && high_ > 0 && kCodeSurface.keep_aim * high_ < low_) return 0;
+    const double aim = kCodeSurface.keep_aim * limit_;
     const double room = aim > own_ ? Squared(aim) - Squared(own_) : 0;
     // At least a quarter of the room that there is at all.
     const double wanted = std::max(room, 0.25 * (Squared(limit_) - Squared(own_)));
     const double added = Squared(error) - Squared(own_);
-    const double factor =
-        added > 0 ? std::clamp(std::sqrt(wanted / added), kLeastFactor, kMostFactor) : kMostFactor;
+    const double factor = added > 0
+                              ? std::clamp(std::sqrt(wanted / added), kCodeSurface.least_factor,
+                                           kCodeSurface.most_factor)
+                              : kCodeSurface.most_factor;
     const double next = coding * factor;
     const bool inside = (low_ == 0 || next > low_) && (high_ == 0 || next < high_);
     return inside ? next : std::sqrt(low_ * high_);
@@ -102,13 +92,14 @@ Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
 }
 
 DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces) {
-  constexpr double kWide = 1.0 / 3;
   if (measured) {
-    metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max = kWide;
-    metadata.error_across = kWide;
-    metadata.surface_to_scan = metadata.scan_to_surface = {kWide, kWide, kWide, kWide};
+    metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max =
+        kCodeSurface.wide;
+    metadata.error_across = kCodeSurface.wide;
+    metadata.surface_to_scan = metadata.scan_to_surface = {kCodeSurface.wide, kCodeSurface.wide,
+                                                           kCodeSurface.wide, kCodeSurface.wide};
   }
-  metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kWide;
+  metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kCodeSurface.wide;
   metadata.folds = faces;
   return metadata;
 }
@@ -118,31 +109,34 @@ double ErrorUnderNoise(double distance, double noise, double leverage) {
 }
 
 double OwnError(const UncodedError& uncoded) {
-  constexpr double kSpacings = 1.0 / 80;
   const DistanceSummary& distance = uncoded.error.b_to_a;
   const double own = uncoded.measured ? std::min(distance.rms, distance.p95 / 2) : 0;
-  return std::max(kSpacings * uncoded.spacing,
+  return std::max(kCodeSurface.spacings * uncoded.spacing,
                   ErrorUnderNoise(own, uncoded.noise, uncoded.leverage));
 }
 
 double CodingError(const UncodedError& uncoded) {
-  return std::clamp(kShareOfOwn * OwnError(uncoded), kFinest, kCoarsest);
+  return std::clamp(kCodeSurface.share_of_own * OwnError(uncoded), kCodeSurface.finest,
+                    kCodeSurface.coarsest);
 }
 
-bool NoiseAllows(double max_error, double noise) { return max_error > kNoiseRoom * noise; }
+bool NoiseAllows(double max_error, double noise) {
+  return max_error > kCodeSurface.noise_room * noise;
+}
 
 double CodingErrorWithin(double max_error, const UncodedError& uncoded) {
   const double distance = uncoded.error.across_rms;
   if (uncoded.measured && distance >= 0 && distance < max_error &&
       NoiseAllows(max_error, uncoded.noise)) {
-    const double aim = kAimMeasured * max_error;
+    const double aim = kCodeSurface.aim_measured * max_error;
     const double least = (max_error * max_error - distance * distance) / 4;
     const double left = std::max(aim * aim - distance * distance, least);
-    return std::clamp(std::sqrt(left), kFinest, kCoarsest);
+    return std::clamp(std::sqrt(left), kCodeSurface.finest, kCodeSurface.coarsest);
   }
-  const double own = OwnError(uncoded), aim = kAim * max_error;
+  const double own = OwnError(uncoded), aim = kCodeSurface.aim * max_error;
   const double left = std::sqrt(std::max(0.0, aim * aim - own * own));
-  return std::clamp(std::max(left, kShareOfOwn * own), kFinest, kCoarsest);
+  return std::clamp(std::max(left, kCodeSurface.share_of_own * own), kCodeSurface.finest,
+                    kCodeSurface.coarsest);
 }
 
 std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded) {
@@ -208,7 +202,7 @@ absl::StatusOr<bool> KeepErrorOf(
   KeepSearch search(limit, own);
   std::optional<EncodedSurface> kept;
   double kept_coding = 0;  // the coarsest that kept the error
-  for (int round = 0; round < kKeepErrorRounds; ++round) {
+  for (int round = 0; round < kCodeSurface.keep_error_rounds; ++round) {
     RILIEVO_ASSIGN_OR_RETURN(const double error, error_of(*encoded));
     if (error <= limit) {
       // Coarser than all coefficients at zero there is nothing.
@@ -217,8 +211,8 @@ absl::StatusOr<bool> KeepErrorOf(
       kept_coding = std::max(kept_coding, coding);
     }
     double next = search.Next(coding, error);
-    if (next > 0) next = std::clamp(next, kFinest, kCoarsest);
-    if (next == 0 || next == coding || round + 1 == kKeepErrorRounds) break;
+    if (next > 0) next = std::clamp(next, kCodeSurface.finest, kCodeSurface.coarsest);
+    if (next == 0 || next == coding || round + 1 == kCodeSurface.keep_error_rounds) break;
     coding = next;
     RILIEVO_ASSIGN_OR_RETURN(*encoded, encode(coding));
   }

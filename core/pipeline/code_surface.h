@@ -11,6 +11,7 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/sample_heights.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/points/oriented_cloud.h"
 #include "core/surface/displaced_surface.h"
@@ -55,7 +56,7 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded);
 std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded);
 
 // Enough for an RMS to 1 %.
-inline constexpr int64_t kMostSomePoints = kCertifiedSamples;
+inline constexpr int64_t kMostSomePoints = kCertificate.certified_samples;
 // Points spread evenly over the scan, for they are in Morton order; at most kMostSomePoints.
 Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points);
 
@@ -86,9 +87,6 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
 absl::StatusOr<EncodedSurface> CodeWithinBytes(const CodedSurface& coded,
                                                const ReconstructOptions& options,
                                                const PipelineContext& context);
-
-// How often the heights are coded and measured once more, at most.
-inline constexpr int kKeepErrorRounds = 6;
 
 // Decodes what was coded, measures it as the certificate does, and codes the heights more finely,
 // or more coarsely where that takes fewer bytes, until the RMS across the surface is at most

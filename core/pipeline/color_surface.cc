@@ -6,13 +6,10 @@
 #include "core/displacement/sample_colors.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Of the bytes asked for the part that is kept free for colours until they are coded, and the part
-// that heights are coded once more for when colours leave it.
-constexpr int64_t kColorPart = 3, kWorthOfHeights = 50;
 
 absl::StatusOr<std::vector<Rgb>> ColorsOf(const DisplacedSurface& surface,
                                           const OrientedCloud& cloud, std::span<const Rgb> colors,
@@ -33,7 +30,8 @@ absl::StatusOr<std::vector<Rgb>> ColorsOf(const DisplacedSurface& surface,
 }  // namespace
 
 ReconstructOptions WithRoomForColors(ReconstructOptions options) {
-  if (options.encode.max_bytes) *options.encode.max_bytes -= *options.encode.max_bytes / kColorPart;
+  if (options.encode.max_bytes)
+    *options.encode.max_bytes -= *options.encode.max_bytes / kColorSurface.color_part;
   return options;
 }
 
@@ -47,7 +45,8 @@ absl::StatusOr<CodedColors> ColorSurface(const OrientedCloud& cloud, std::span<c
   const std::optional<int64_t> most = options.encode.max_bytes;
   RILIEVO_ASSIGN_OR_RETURN(CodedColors colors_coded,
                            AddColors(coded->surface, most, silent, &coded->encoded));
-  if (!most || *most - BytesOf(coded->encoded) < *most / kWorthOfHeights) return colors_coded;
+  if (!most || *most - BytesOf(coded->encoded) < *most / kColorSurface.worth_of_heights)
+    return colors_coded;
   ReconstructOptions rest = options;
   *rest.encode.max_bytes -= colors_coded.bytes;
   RILIEVO_ASSIGN_OR_RETURN(coded->encoded, CodeWithinBytes(*coded, rest, silent));

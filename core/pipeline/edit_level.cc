@@ -13,13 +13,10 @@
 #include "core/codec/container/dss.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/mesh/prepare_control_mesh.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Of the file's step: heights that were rounded once are rounded again, to half of that error. A
-// step gets no finer than kLeastStep by that, or a file would grow by each of many edits.
-constexpr double kShareOfStep = 0.5, kLeastStep = 1e-5;
 
 absl::Status CheckLevel(const DecodedSurface& decoded, int level) {
   const int finest = decoded.surface.max_level;
@@ -39,7 +36,8 @@ EncodeOptions OptionsFor(const OpenedDss& file) {
   options.border_digits = file.header.border_digits;
   options.keep_zero_border = options.border_digits > 0;
   const double own = HeightStepOf(file);
-  const double finer = std::max(kShareOfStep * own, std::min(own, kLeastStep));
+  const double finer =
+      std::max(kEditSurface.share_of_step * own, std::min(own, kEditSurface.least_step));
   options.height_step = std::min(finer, kMaxStep);
   options.group_faces = file.header.group_limit;
   return options;

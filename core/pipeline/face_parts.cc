@@ -9,6 +9,7 @@
 
 #include "core/loop/face_vertices.h"
 #include "core/pipeline/page_runs.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
@@ -98,7 +99,7 @@ class Partition {
   Box BoxOf(const std::vector<int>& members) const {
     Box box;
     for (const int f : members) box.extend(reach_[f]);
-    const double halo = kPartHalo * coarse_.cloud.median_spacing;
+    const double halo = kPageRuns.part_halo * coarse_.cloud.median_spacing;
     box.min().array() -= halo;
     box.max().array() += halo;
     return box;

@@ -13,6 +13,7 @@
 #include "core/codec/mesh/border_coder.h"
 #include "core/control/creases/tag_creases.h"
 #include "core/control/quads/quad_control_mesh.h"
+#include "core/control/settings.h"
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
 #include "core/domain/fit_border.h"
@@ -20,36 +21,13 @@
 #include "core/loop/refinement.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
+#include "core/pipeline/settings.h"
+#include "core/scan/local_shape/settings.h"
 #include "core/scan/local_shape/thick_noise.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
 namespace {
-
-constexpr double kShareOfFaces = 0.21;
-constexpr int kFewestFaces = 100;
-constexpr double kLeastNoiseSpacings = 0.08;
-// RMS distance of the points from the domain, in standard deviations of their noise. At a fifth of
-// the faces smooth objects came to 1.14 under little noise, of which the nearest points show too
-// little, and to 1.04 at most from the ratio to the spacing on at which its scale is known
-// (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
-constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
-constexpr int kFewestExact = 24;  // faces
-constexpr int kLevelOfReach = 3, kSamplesOfReach = 20'000;
-
-// Of position steps.
-constexpr double kCoarsestStep = 5e-3;
-constexpr double kFinestOfLines = 1e-4;
-// How far the curve may be off, and the coarsest step of its points: rounding moves them by sqrt(3)
-// / 2 of it at most. Lines cut along a curved shape are off by kTrimTolerance. Together less than
-// kExactBorder.
-constexpr double kMissOfBorders = 0.65 * kExactBorder, kStepOfBorders = 0.15 * kExactBorder;
-// Of edges of the border, each to half of its length.
-constexpr int kMostHalvings = 4;
-constexpr double kOfShortEdges = 0.1,
-                 kShort = 0.05;  // the edge that 5 % are shorter than
-constexpr double kOfCodingError = 4;
-constexpr int kEdgesPerCrease = 50;  // a part with fewer creases than that counts as smooth
 
 double ShortEdge(const ControlMesh& mesh) {
   std::vector<double> lengths;
@@ -59,7 +37,7 @@ double ShortEdge(const ControlMesh& mesh) {
       lengths.push_back((mesh.vertices.col(face[k]) - mesh.vertices.col(face[(k + 1) % 3])).norm());
     }
   }
-  return Quantile(std::move(lengths), kShort);
+  return Quantile(std::move(lengths), kFitDomain.short_share);
 }
 
 // What a domain of fewer faces has to be to be kept.
@@ -69,12 +47,14 @@ struct FewFaces {
 };
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
-  if (noise >= kLeastNoiseSpacings * spacing) {
-    const bool known = noise > kUnderstatedNoise * spacing;
-    const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
-    return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
+  if (noise >= kFitDomain.least_noise_spacings * spacing) {
+    const bool known = noise > kThickNoise.understated_noise * spacing;
+    const int a_fifth = static_cast<int>(kFitDomain.share_of_faces * static_cast<double>(faces));
+    return {(known ? kFitDomain.most_known_noise : kFitDomain.most_noise) * noise,
+            std::max(kFitDomain.fewest_faces, a_fifth)};
   }
-  return {triangles > 0 && triangles < faces ? kExactBorder : 0, kFewestExact};
+  return {triangles > 0 && triangles < faces ? kControlOptions.exact_border : 0,
+          kFitDomain.fewest_exact};
 }
 
 // Whether the smooth surface of `domain` comes to all of `mesh`, that it lies on: where it ends
@@ -84,13 +64,13 @@ absl::StatusOr<bool> ReachesAll(const Domain& domain, const Shape& mesh, double 
   const StageScope scope(Stage::kDomainFit, context, 1);
   const ControlMesh& control = domain.fit.control_mesh;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
-                           RefineToVertices(control, kLevelOfReach, context));
-  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
-                           EvaluateLimit(refinement, control.vertices, kLevelOfReach, context));
+                           RefineToVertices(control, kFitDomain.level_of_reach, context));
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, control.vertices,
+                                                             kFitDomain.level_of_reach, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const DistanceSummary distance,
       MeasureOneSided(mesh, {std::move(limit.positions), FinestFaces(refinement)},
-                      {.samples = kSamplesOfReach}, context));
+                      {.samples = kFitDomain.samples_of_reach}, context));
   return distance.rms <= wanted_rms;
 }
 
@@ -100,9 +80,10 @@ double PositionStepOf(const ScanSurface& scan, const ReconstructOptions& options
   double step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
   // Heights take up no rounding that moves a crease aside.
   if (scan.cloud.sharp_lines.cols() > 0) {
-    step = std::min(step, std::max(kFinestOfLines, options.encode.max_error.value_or(0)));
+    step =
+        std::min(step, std::max(kFitDomain.finest_of_lines, options.encode.max_error.value_or(0)));
   }
-  return domain.is_filled ? std::min(step, kStepWhereFilled) : step;
+  return domain.is_filled ? std::min(step, kFitDomain.step_where_filled) : step;
 }
 
 // Halves edges of the border until its curve comes to the lines.
@@ -110,8 +91,8 @@ absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context
                           ControlMesh* mesh) {
   for (int halvings = 0;; ++halvings) {
     RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss,
-                             FitBorder(borders, kMissOfBorders, context, mesh));
-    if (miss.far.empty() || halvings == kMostHalvings) return absl::OkStatus();
+                             FitBorder(borders, kFitDomain.miss_of_borders, context, mesh));
+    if (miss.far.empty() || halvings == kFitDomain.most_halvings) return absl::OkStatus();
     *mesh = HalveEdges(*mesh, miss.far);
   }
 }
@@ -138,18 +119,20 @@ std::vector<int> CornersAmong(const std::vector<int>& vertices, const ControlMes
 
 int BorderDigitsOf(const Domain& domain) {
   if (!domain.has_exact_border) return 0;
-  const double finer = std::ceil(std::log2(domain.position_step / kStepOfBorders));
+  const double finer = std::ceil(std::log2(domain.position_step / kFitDomain.step_of_borders));
   return static_cast<int>(std::clamp<double>(finer, 0, kMostBorderDigits));
 }
 
 bool IsMachined(const ControlMesh& mesh) {
-  return static_cast<int64_t>(mesh.creases.size()) * kEdgesPerCrease > 3 * mesh.faces.cols() / 2;
+  return static_cast<int64_t>(mesh.creases.size()) * kFitDomain.edges_per_crease >
+         3 * mesh.faces.cols() / 2;
 }
 
 double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error) {
-  const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kPositionStep, kCoarsestStep);
+  const double smooth = std::clamp(kFitDomain.of_short_edges * ShortEdge(mesh), kPositionStep,
+                                   kFitDomain.coarsest_step);
   if (!IsMachined(mesh)) return smooth;
-  const double flat = coding_error ? kOfCodingError * *coding_error : kPositionStep;
+  const double flat = coding_error ? kFitDomain.of_coding_error * *coding_error : kPositionStep;
   return std::clamp(flat, kPositionStep, smooth);
 }
 
@@ -181,10 +164,12 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
     ControlMesh unmoved = domain.fit.control_mesh;
     unmoved.vertices(Eigen::all, border) = mesh.vertices(Eigen::all, border);
     domain.fit.control_mesh.vertices(Eigen::all, corners) = mesh.vertices(Eigen::all, corners);
-    RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss, FitBorder(scan.borders, kMissOfBorders, context,
-                                                              &domain.fit.control_mesh));
-    RILIEVO_ASSIGN_OR_RETURN(const BorderMiss other,
-                             FitBorder(scan.borders, kMissOfBorders, context, &unmoved));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const BorderMiss miss,
+        FitBorder(scan.borders, kFitDomain.miss_of_borders, context, &domain.fit.control_mesh));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const BorderMiss other,
+        FitBorder(scan.borders, kFitDomain.miss_of_borders, context, &unmoved));
     if (other.most < miss.most) domain.fit.control_mesh = std::move(unmoved);
     const double step = std::ldexp(domain.position_step, -BorderDigitsOf(domain));
     domain.border_miss = std::min(miss.most, other.most) + std::numbers::sqrt3 / 2 * step;
@@ -230,7 +215,7 @@ absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, cons
   std::optional<Domain> few;
   auto faces = static_cast<double>(start.faces.cols());
   while (need.wanted_rms > 0 && !IsLeftOut(Mechanism::kFewerFaces)) {
-    faces *= kShareOfFaces;
+    faces *= kFitDomain.share_of_faces;
     if (faces < need.fewest) break;
     RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser,
                              FewerFaces(scan, start, static_cast<int>(faces), context));

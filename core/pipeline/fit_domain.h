@@ -7,22 +7,21 @@
 #include "core/domain/fit_loop_domain.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/pipeline/reconstruct.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
 
-// No heights take up the rounding of control points where there are no points.
-inline constexpr double kStepWhereFilled = 1e-3;
-
 struct Domain {
   DomainFit fit;
   // Of the control-point quantiser: heights are sampled over the mesh rounded to it, and so take up
   // the rounding.
   double position_step = 0;
-  bool is_filled = false;  // see FillByArcs(): then the step is at most kStepWhereFilled
-  bool is_given = false;   // see DomainOfMesh(): then finer levels are only made where asked for
+  bool is_filled =
+      false;              // see FillByArcs(): then the step is at most kFitDomain.step_where_filled
+  bool is_given = false;  // see DomainOfMesh(): then finer levels are only made where asked for
   bool has_exact_border = false;  // see BoundaryRule::kExact: then heights on borders are zero
   double border_miss = 0;         // the farthest that such a border is off, with its rounding
 };

@@ -10,16 +10,13 @@
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/saved_value.h"
+#include "core/pipeline/settings.h"
 #include "core/points/point_index.h"
 
 namespace rilievo {
 namespace {
 
 constexpr char kFitName[] = "fit";
-
-// Around a part. With four the control points differ by 0.02 to 0.08 spacings from those of a fit
-// of the whole.
-constexpr int kRingsAround = 4;
 
 template <typename Archive, typename Fit>
 void VisitFit(Archive& archive, Fit& fit) {
@@ -60,7 +57,7 @@ bool IsFitOf(const FitOfPart& fit, size_t faces) {
 absl::StatusOr<FitOfPart> FitPart(const FacePart& part, const KnownPoints& points,
                                   const FaceParts& parts, const PartCutter& cutter,
                                   const FitOptions& options, const RunContext& context) {
-  const SubMesh sub = cutter.Cut(part.faces, kRingsAround);
+  const SubMesh sub = cutter.Cut(part.faces, kFitFromPages.rings_around);
   RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
                            CloudIn(parts.ReachOf(sub.faces), points, context));
   if (cloud.points.cols() == 0) return FitOfPart();

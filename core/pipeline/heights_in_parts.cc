@@ -14,20 +14,11 @@
 #include "core/loop/refinement.h"
 #include "core/pipeline/compact_parts.h"
 #include "core/pipeline/measure_faces.h"
+#include "core/pipeline/settings.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
-
-// Of the triangles among which points look for their control face.
-constexpr int kSearchLevel = 1;
-
-// Around a part, at least: so many edges of the finest level. Filters reach less far; which ones
-// are chosen depends on points somewhat farther away, so that they differ a little at seams.
-constexpr int kEdgesAround = 16;
-// Over so many control edges without points a height decays to exp(-12 / 6) of itself, see
-// SolveSettings::height_range.
-constexpr int kBareRings = 12;
 
 // Points by control face.
 struct PointsOfFaces {
@@ -37,16 +28,17 @@ struct PointsOfFaces {
 };
 
 // Beside the faces that touch a part.
-int RingsAround(int level) { return std::max(0, (kEdgesAround >> level) - 1); }
+int RingsAround(int level) { return std::max(0, (kHeightsInParts.edges_around >> level) - 1); }
 
-// A part with the faces without points that adjoin it, as far as kBareRings of them, so that all
-// parts around a hole that is no wider see the same of it. Ascending.
+// A part with the faces without points that adjoin it, as far as kHeightsInParts.bare_rings of
+// them, so that all parts around a hole that is no wider see the same of it. Ascending.
 std::vector<int> WithBareFaces(const MeshTopology& topology, const PointsOfFaces& points,
                                const std::vector<int>& part) {
   std::vector<int> all = part, front = part, next;
   std::vector<uint8_t> taken(topology.face_count(), 0);
   for (const int f : part) taken[f] = 1;
-  for (int ring = 0; ring < kBareRings && !front.empty(); ++ring, front.swap(next)) {
+  for (int ring = 0; ring < kHeightsInParts.bare_rings && !front.empty();
+       ++ring, front.swap(next)) {
     next.clear();
     for (const int f : front) {
       for (const int neighbor : topology.face_neighbors.col(f)) {
@@ -66,13 +58,14 @@ absl::StatusOr<std::vector<int>> FaceOfEach(const OrientedCloud& cloud, const Co
                                             const DisplacementOptions& options,
                                             const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
-                           RefineToVertices(mesh, kSearchLevel, context));
-  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
-                           EvaluateLimit(refinement, mesh.vertices, kSearchLevel, context));
-  const Eigen::Matrix3Xi triangles = FinestFaces(refinement);
+                           RefineToVertices(mesh, kHeightsInParts.search_level, context));
   RILIEVO_ASSIGN_OR_RETURN(
-      const ClosestPointTree tree,
-      ClosestPointTree::Build(limit.positions, triangles, context, 1 << (2 * kSearchLevel)));
+      const LimitSurface limit,
+      EvaluateLimit(refinement, mesh.vertices, kHeightsInParts.search_level, context));
+  const Eigen::Matrix3Xi triangles = FinestFaces(refinement);
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                           ClosestPointTree::Build(limit.positions, triangles, context,
+                                                   1 << (2 * kHeightsInParts.search_level)));
   const auto agrees = [&](int64_t point, int item) {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     for (const int v : triangles.col(tree.source()[item])) normal += limit.normals.col(v);
@@ -93,7 +86,7 @@ absl::StatusOr<std::vector<int>> FaceOfEach(const OrientedCloud& cloud, const Co
                              [&](const ClosestPointTree::Hit& hit) { return agrees(p, hit.item); });
             if (agreeing != hits.begin() + found) item = agreeing->item;
           }
-          face[p] = tree.source()[item] >> (2 * kSearchLevel);
+          face[p] = tree.source()[item] >> (2 * kHeightsInParts.search_level);
         }
       }));
   return face;

@@ -4,6 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/control/settings.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
@@ -12,9 +14,10 @@ namespace {
 struct Range {
   double low, high;
 };
-constexpr Range kMaxError{1e-6, 0.1}, kHeightStep{1e-9, kMaxStep};
-constexpr Range kRim{kShortestRim, kLongestRim};
-constexpr Range kGap{kNarrowestGap, kWidestGap};
+const Range kMaxError{kOptionLengths.least_error, kOptionLengths.most_error},
+    kHeightStep{kOptionLengths.least_step, kMaxStep};
+const Range kRim{kControlOptions.shortest_rim, kControlOptions.longest_rim};
+const Range kGap{kControlOptions.narrowest_gap, kControlOptions.widest_gap};
 
 absl::Status CheckLength(const char* name, std::optional<double> length, bool has_fraction) {
   if (!length) return absl::OkStatus();

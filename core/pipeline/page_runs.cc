@@ -4,11 +4,12 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/pipeline/settings.h"
+
 namespace rilievo {
 
 bool IsWorthHalving(int64_t points, int64_t points_of_larger_half) {
-  constexpr double kMost = 0.8;
-  return static_cast<double>(points_of_larger_half) < kMost * static_cast<double>(points);
+  return static_cast<double>(points_of_larger_half) < kPageRuns.larger_half * static_cast<double>(points);
 }
 
 int64_t PointsOfRun(const PageRun& run, int64_t size) {

@@ -9,10 +9,6 @@
 
 namespace rilievo {
 
-// Points so far from a part tell of it too; in median spacings of the thinned points. Of all points
-// normals agree with those of the whole scan from four spacings on, heights from eight.
-inline constexpr double kPartHalo = 8;
-
 // Halves that read nearly as much as the whole, as where the halo is most of it, are not worth
 // their work.
 bool IsWorthHalving(int64_t points, int64_t points_of_larger_half);

@@ -8,15 +8,11 @@
 #include "core/base/status_macros.h"
 #include "core/paging/scratch_blocks.h"
 #include "core/pipeline/analyze_block.h"
+#include "core/pipeline/settings.h"
 #include "core/scan/clean/check_scan.h"
 
 namespace rilievo {
 namespace {
-
-// Pages are read and analyzed so many at a time.
-constexpr int64_t kPagesOfRun = 64;
-// Those that the medians come of, where the scan has more.
-constexpr int64_t kSampledRuns = 16, kPagesOfSampledRun = kPagesOfRun / kSampledRuns;
 
 // Column = point of pages [begin, end), scan frame.
 absl::StatusOr<Eigen::Matrix3Xd> ReadPages(const PagedScan& pages, int64_t begin, int64_t end,
@@ -75,13 +71,14 @@ absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
                                                  const ReconstructOptions& options,
                                                  const PartsRun& run, const RunContext& context) {
   const auto count = static_cast<int64_t>(pages.pages().size());
-  const auto runs = static_cast<int>((count + kPagesOfRun - 1) / kPagesOfRun);
+  const auto runs =
+      static_cast<int>((count + kPagesToThin.pages_of_run - 1) / kPagesToThin.pages_of_run);
   ScanOptions of_run = options.scan;
   // A run may cut a small piece off a large one.
   if (runs > 1) of_run.outliers.min_component_share = 0;
   RILIEVO_ASSIGN_OR_RETURN(ScratchBlocks blocks,
                            ScratchBlocks::Create(pages.scratch_folder(), "left-out", runs,
-                                                 kPagesOfRun * kPagePoints / 8));
+                                                 kPagesToThin.pages_of_run * kPagePoints / 8));
   // A run does not get smaller with the parts that are asked for: two at once would not fit.
   PartsOfStep parts{.step = PartStep::kLeftOut, .count = runs, .at_once = 1};
   parts.is_there = [&](int part) {
@@ -118,15 +115,17 @@ absl::StatusOr<PointMedians> MediansOfPages(const PagedScan& pages, const ScanSu
                                             const RunContext& context) {
   const auto count = static_cast<int64_t>(pages.pages().size());
   Eigen::Matrix3Xd sample;
-  if (count <= kPagesOfRun) {
+  if (count <= kPagesToThin.pages_of_run) {
     RILIEVO_ASSIGN_OR_RETURN(sample, ReadPages(pages, 0, count, context));
   } else {
-    sample.resize(3, kPagesOfRun * kPagePoints);
-    for (int64_t run = 0; run < kSampledRuns; ++run) {
+    sample.resize(3, kPagesToThin.pages_of_run * kPagePoints);
+    for (int64_t run = 0; run < kPagesToThin.sampled_runs; ++run) {
       // The last page of all may not be full.
-      const int64_t begin = (count - 1 - kPagesOfSampledRun) * run / (kSampledRuns - 1);
-      RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points,
-                               ReadPages(pages, begin, begin + kPagesOfSampledRun, context));
+      const int64_t begin =
+          (count - 1 - kPagesToThin.pages_of_sampled_run) * run / (kPagesToThin.sampled_runs - 1);
+      RILIEVO_ASSIGN_OR_RETURN(
+          const Eigen::Matrix3Xd points,
+          ReadPages(pages, begin, begin + kPagesToThin.pages_of_sampled_run, context));
       sample.middleCols(run * points.cols(), points.cols()) = points;
     }
   }

@@ -11,17 +11,13 @@
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
-#include "core/points/belonging.h"
+#include "core/pipeline/settings.h"
 #include "core/points/morton_order.h"
+#include "core/points/settings.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
-
-constexpr double kMedianOfNormal = 0.6745;  // of |x|, where x has a deviation of 1
-// A point that is this many times farther off along the surface than across it lies beyond a
-// border.
-constexpr double kBeyond = 2;
 
 absl::StatusOr<Eigen::Matrix3Xd> FinitePoints(const PointCloud& scan, const SpatialFrame& frame,
                                               const RunContext& context) {
@@ -46,7 +42,8 @@ double NoiseOf(const std::vector<float>& across) {
     if (across[i] == 0 || across[i - 1] == 0) continue;
     steps.push_back(std::abs(across[i] - across[i - 1]));
   }
-  return double{Median(std::move(steps))} / (kMedianOfNormal * std::numbers::sqrt2);
+  return double{Median(std::move(steps))} /
+         (kPointsOnSurface.median_of_normal * std::numbers::sqrt2);
 }
 
 }  // namespace
@@ -70,7 +67,8 @@ absl::Status LayAgain(const Shape& surface, const std::vector<uint8_t>& again,
       points->away[i] = static_cast<float>(std::sqrt(hit.squared_distance));
       const double across = normal.dot(point - corner);
       const double along = std::sqrt(std::max(0.0, hit.squared_distance - across * across));
-      points->across[i] = along > kBeyond * std::abs(across) ? 0 : static_cast<float>(across);
+      points->across[i] =
+          along > kPointsOnSurface.beyond * std::abs(across) ? 0 : static_cast<float>(across);
       points->triangle[i] = triangle;
     }
   });
@@ -100,7 +98,7 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
     std::copy_if(counts.begin(), counts.end(), std::back_inserter(of_seen),
                  [](int count) { return count > 0; });
     const bool largest = patches.triangles_each >= surface.children_per_face;
-    if (largest || Median(std::move(of_seen)) >= kFewestOfPlane) break;
+    if (largest || Median(std::move(of_seen)) >= kCommon.fewest_of_plane) break;
   }
   std::vector<std::vector<float>> across(counts.size());
   for (size_t p = 0; p < counts.size(); ++p) across[p].reserve(counts[p]);
@@ -114,7 +112,7 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
   const double noise = points.noise * points.noise, error = surface_error * surface_error;
   for (std::vector<float>& of_patch : across) {
     patches.contradicted.push_back(0);
-    if (of_patch.size() < kFewestWitnesses) continue;
+    if (of_patch.size() < kCommon.fewest_witnesses) continue;
     const double of_median = std::numbers::pi / 2 * noise / static_cast<double>(of_patch.size());
     const double most = deviations * std::sqrt(of_median + error);
     patches.contradicted.back() = std::abs(Median(std::move(of_patch))) > most ? 1 : 0;
@@ -123,7 +121,6 @@ ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& su
 }
 
 DistanceSummary SummaryOf(const std::vector<float>& away) {
-  constexpr double kMost = 0.95;
   DistanceSummary summary;
   summary.samples = static_cast<int64_t>(away.size());
   if (away.empty()) return summary;
@@ -135,7 +132,7 @@ DistanceSummary SummaryOf(const std::vector<float>& away) {
   const auto count = static_cast<double>(away.size());
   summary.rms = std::sqrt(squared / count);
   summary.mean = sum / count;
-  summary.p95 = Quantile(away, kMost);
+  summary.p95 = Quantile(away, kPointsOnSurface.most);
   summary.max = *std::max_element(away.begin(), away.end());
   return summary;
 }

@@ -9,6 +9,7 @@
 #include "core/base/run_context.h"
 #include "core/geometry/point_cloud.h"
 #include "core/geometry/spatial_frame.h"
+#include "core/points/settings.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
@@ -42,9 +43,9 @@ struct ScannedPatches {
   std::vector<uint8_t> contradicted;  // by patch
 };
 
-// Patches as small as the points allow: half of those that are seen have kFewestOfPlane or more. A
-// patch of n points is contradicted where the median m of `across` is too large for the noise of
-// the scan and the error of the surface, a standard deviation each:
+// Patches as small as the points allow: half of those that are seen have kCommon.fewest_of_plane
+// or more. A patch of n points is contradicted where the median m of `across` is too large for the
+// noise of the scan and the error of the surface, a standard deviation each:
 //   |m| > sqrt(2 ln N) sqrt(pi / 2 noise^2 / n + error^2),
 // as the median of n normal numbers has the variance pi / (2 n), and the largest of N normal
 // numbers is about sqrt(2 ln N) (Donoho and Johnstone, Biometrika 81, 1994); N: patches that are

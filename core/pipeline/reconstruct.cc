@@ -23,6 +23,7 @@
 #include "core/pipeline/safely.h"
 #include "core/pipeline/sample_heights.h"
 #include "core/pipeline/search_control_faces.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/shape_input.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/pipeline/surface_from_pages.h"
@@ -50,13 +51,12 @@ absl::Status ReconstructOptions::Validate() const {
 }
 
 absl::Status PartSizes::Validate() const {
-  constexpr int64_t kLeast = 1024, kMost = std::numeric_limits<int32_t>::max();
   for (const auto& [name, value] : {std::pair("coarse_points", coarse_points),
                                     {"part_points", part_points},
                                     {"block_vertices", block_vertices}}) {
-    if (value >= kLeast && value <= kMost) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat(name, " = ", value, " must lie in [", kLeast, ", ", kMost, "]"));
+    if (value >= kReconstruct.least_of_part && value <= kReconstruct.most_of_part) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        name, " = ", value, " must lie in [", kReconstruct.least_of_part, ", ", kReconstruct.most_of_part, "]"));
   }
   return absl::OkStatus();
 }

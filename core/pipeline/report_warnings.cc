@@ -6,16 +6,12 @@
 
 #include "absl/strings/str_format.h"
 #include "core/control/control_options.h"
+#include "core/control/settings.h"
 #include "core/pipeline/code_surface.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Thresholds beyond which a figure deserves a sentence.
-constexpr double kPoorFitSpacings = 2.0;     // RMS of the points beyond their noise, in spacings
-constexpr double kFilledShare = 0.2;         // of all heights
-constexpr double kDisagreementShare = 0.05;  // of neighbouring normals
-constexpr double kMostlyOneWay = 1.5, kMostlyNoise = 0.75;  // shares of an error that explain it
 
 double Share(int64_t part, int64_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -28,13 +24,14 @@ std::string ReasonOf(const ReconstructReport& report) {
       "the points scatter by %.4f %% around the surface, which does not follow their noise",
       100 * report.median_noise);
   if (!NoiseAllows(report.max_error, report.median_noise)) return noise;
-  if (report.heights_filled > 0 && report.error.across_rms > kMostlyOneWay * points) {
+  if (report.heights_filled > 0 &&
+      report.error.across_rms > kReportWarnings.mostly_one_way * points) {
     return absl::StrFormat(
         "parts of the surface have no points near them (%.1f %% of its heights are filled in), and "
         "count by their distance from the points",
         100 * Share(report.heights_filled, report.surface_vertices));
   }
-  if (report.median_noise > kMostlyNoise * points) return noise;
+  if (report.median_noise > kReportWarnings.mostly_noise * points) return noise;
   return absl::StrFormat(
       "what lies between points that are %.3f %% apart (in the median), at edges, borders and in "
       "detail, is beyond its heights",
@@ -81,7 +78,7 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   if (report.error_unreachable) warnings.push_back(UnreachableError(report));
   const double rms = report.error.b_to_a.rms, spacing = report.median_spacing;
   const double unexplained = std::sqrt(std::max(0.0, rms * rms - std::pow(report.median_noise, 2)));
-  if (spacing > 0 && unexplained > kPoorFitSpacings * spacing) {
+  if (spacing > 0 && unexplained > kReportWarnings.poor_fit_spacings * spacing) {
     warnings.push_back(absl::StrFormat(
         "The points lie %.1f of their spacings (RMS) off the surface: they may not describe a "
         "surface, or it is finer than the control mesh; try more control faces.",
@@ -100,13 +97,13 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   if (report.normals.points > 0 && !report.normals.used) {
     warnings.push_back(NotBelieved(report.normals, "normals"));
   }
-  if (report.normal_disagreement > kDisagreementShare) {
+  if (report.normal_disagreement > kReportWarnings.disagreement_share) {
     warnings.push_back(absl::StrFormat(
         "%.0f %% of neighbouring normals disagree: the surface may be one-sided, or sheets touch.",
         100 * report.normal_disagreement));
   }
   const double filled = Share(report.heights_filled, report.surface_vertices);
-  if (filled > kFilledShare) {
+  if (filled > kReportWarnings.filled_share) {
     warnings.push_back(
         absl::StrFormat("%.0f %% of the heights had no data and were filled in.", 100 * filled));
   }
@@ -116,7 +113,7 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
         "below the noise is smoothed away.",
         100 * report.median_noise, 100 * report.median_spacing));
   }
-  if (report.border_miss > kExactBorder) {
+  if (report.border_miss > kControlOptions.exact_border) {
     warnings.push_back(
         absl::StrFormat("The border of the surface is not exact: it is up to %.4f %% of the "
                         "diagonal away from that of the mesh; try more control faces.",

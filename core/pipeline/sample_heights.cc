@@ -16,6 +16,7 @@
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/pipeline/heights_in_parts.h"
+#include "core/pipeline/settings.h"
 #include "core/surface/stored_surface.h"
 
 namespace rilievo {
@@ -33,8 +34,7 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
 int ChooseLevel(const ReconstructOptions& options, int64_t points, double spacing, double noise,
                 int64_t control_faces) {
   if (options.max_level) return *options.max_level;
-  constexpr double kNoises = 2.5;
-  const double blur = std::max(1.0, kNoises * noise / spacing);
+  const double blur = std::max(1.0, kSampleHeights.noises * noise / spacing);
   int level = LevelAsDenseAs(static_cast<double>(points) / (blur * blur), control_faces);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;
@@ -60,11 +60,11 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   surface.max_level = level;
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(mesh));
   DisplacementField field;
-  const bool in_parts = VertexCountAt(cutter.topology(), level) > 2 * kPartVertices;
+  const bool in_parts = VertexCountAt(cutter.topology(), level) > 2 * kSampleHeights.part_vertices;
   if (in_parts) {
-    RILIEVO_ASSIGN_OR_RETURN(field,
-                             MeasureHeightsInParts(scan.cloud, mesh, cutter, level, kPartVertices,
-                                                   options.displacement, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        field, MeasureHeightsInParts(scan.cloud, mesh, cutter, level, kSampleHeights.part_vertices,
+                                     options.displacement, context));
   }
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   const VertexRings control_rings = BuildVertexRings(refinement.levels.front());

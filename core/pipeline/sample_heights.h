@@ -21,9 +21,6 @@ struct SampledSurface {
   double leverage = 1;       // as in SolvedHeights
 };
 
-// The heights of so many vertices take 0.1 GB to find; those of twice as many are found at once.
-inline constexpr int64_t kPartVertices = 300'000;
-
 // The level, 1 to 6, whose displaced vertices are about as dense as so many points.
 int LevelAsDenseAs(double points, int64_t control_faces);
 

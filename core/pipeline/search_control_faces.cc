@@ -7,15 +7,12 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
 
-constexpr double kRatio = 0.4;
-constexpr int kFewestFaces = 40;
 constexpr double kNone = -2, kGivenMesh = -1, kHalf = 0.5;  // steps
-constexpr double kStepRatio = 1.5;                          // of position steps
-constexpr double kAlike = 1.01;                             // errors
 
 // What a trial costs.
 struct Cost {
@@ -49,7 +46,8 @@ class Search {
     RILIEVO_RETURN_IF_ERROR(Try(first));
     int step = first;
     // Fewer faces while they win, else more.
-    while (FacesAt(step + 1) >= kFewestFaces && best_step_ == (best_ ? step : kNone)) {
+    while (FacesAt(step + 1) >= kSearchControlFaces.fewest_faces &&
+           best_step_ == (best_ ? step : kNone)) {
       RILIEVO_RETURN_IF_ERROR(Try(++step));
     }
     // What no coarser mesh could keep, a finer one cannot.
@@ -73,14 +71,17 @@ class Search {
 
  private:
   int FacesAt(double step) const {
-    return static_cast<int>(static_cast<double>(start_.faces.cols()) * std::pow(kRatio, step));
+    return static_cast<int>(static_cast<double>(start_.faces.cols()) *
+                            std::pow(kSearchControlFaces.ratio, step));
   }
 
   int FirstRung() const {
-    int step = FacesAt(1) >= kFewestFaces ? 1 : 0;
+    int step = FacesAt(1) >= kSearchControlFaces.fewest_faces ? 1 : 0;
     if (!options_.encode.max_bytes) return step;
     // A control mesh with its header takes a byte a face at least.
-    while (FacesAt(step + 1) >= kFewestFaces && FacesAt(step) > *options_.encode.max_bytes) ++step;
+    while (FacesAt(step + 1) >= kSearchControlFaces.fewest_faces &&
+           FacesAt(step) > *options_.encode.max_bytes)
+      ++step;
     return step;
   }
 
@@ -88,7 +89,7 @@ class Search {
   absl::Status TryBeside(double part) {
     const double middle = best_step_;
     for (const double between : {middle + part, middle - part}) {
-      if (best_ && between > 0 && FacesAt(between) >= kFewestFaces) {
+      if (best_ && between > 0 && FacesAt(between) >= kSearchControlFaces.fewest_faces) {
         RILIEVO_RETURN_IF_ERROR(Try(between));
       }
     }
@@ -108,9 +109,10 @@ class Search {
   // may have to make good.
   absl::Status TrySteps() {
     const double first = best_->domain.position_step;
-    const double coarsest = best_->domain.is_filled ? kStepWhereFilled : kMaxStep;
+    const double coarsest = best_->domain.is_filled ? kFitDomain.step_where_filled : kMaxStep;
     ReconstructOptions options = options_;
-    for (const double ratio : {kStepRatio, 1 / kStepRatio}) {
+    for (const double ratio :
+         {kSearchControlFaces.step_ratio, 1 / kSearchControlFaces.step_ratio}) {
       for (double step = first * ratio; step <= coarsest; step *= ratio) {
         Domain domain = best_->domain;
         domain.position_step = step;
@@ -207,7 +209,8 @@ class Search {
     if (error <= limit && other_error <= limit) return cost.bytes < other.bytes;
     if (error > limit && other_error > limit && cost.own > limit && other.own > limit) {
       // Neither can: the default coding is used, and a little error buys no bytes.
-      const bool alike = error < kAlike * other_error && other_error < kAlike * error;
+      const bool alike = error < kSearchControlFaces.alike * other_error &&
+                         other_error < kSearchControlFaces.alike * error;
       return alike ? cost.bytes < other.bytes : error < other_error;
     }
     return error < other_error;

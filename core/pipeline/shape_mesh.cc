@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/creases/line_corners.h"
 #include "core/control/creases/sharp_edges.h"
+#include "core/control/settings.h"
 #include "core/control/shape_control_mesh.h"
 #include "core/control/topology/bridge_gaps.h"
 #include "core/control/topology/close_holes.h"
@@ -18,8 +19,9 @@
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/option_lengths.h"
+#include "core/pipeline/settings.h"
 #include "core/pipeline/shape_input.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -44,20 +46,6 @@ std::vector<Rgb> ColorsOfVertices(const CheckedMesh& mesh, const std::vector<Rgb
   return colors;
 }
 
-// Of the edges of the mesh that is simplified, in those of equilateral triangles as many as
-// ShapeControlMesh() looks at.
-constexpr double kLongestEdge = 2;
-// Pieces of needles, in these.
-constexpr int64_t kNeedlePieces = 4;
-
-// Borders are exact, other than those of a scan, where the same weight would follow the raggedness
-// of its points: a vase of 70 openings comes to 0.87 of the RMS error that it has with a weight
-// of 1.
-constexpr double kBorderWeight = 20;
-
-// Of arcs between points where no error is asked for: what conversions are to keep.
-constexpr double kMostSagitta = 1e-4;
-
 // The ends of its creases, two columns each.
 Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
   Eigen::Matrix3Xd ends(3, static_cast<Eigen::Index>(2 * mesh.creases.size()));
@@ -79,7 +67,7 @@ absl::StatusOr<KnownBorders> BordersOf(double spacing, ControlMesh* mesh) {
       ends.push_back(loop[(i + 1) % loop.size()]);
     }
     const CreaseChain line{loop, std::vector<int>(loop.size()), true};  // edges are not asked for
-    for (const int i : CornersOfLine(mesh->vertices, line, kSharpAngle, spacing / 2)) {
+    for (const int i : CornersOfLine(mesh->vertices, line, kCommon.sharp_angle, spacing / 2)) {
       corners.push_back(i);
     }
   }
@@ -95,12 +83,14 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
   const int target_faces = ControlFacesFor(options, scan->cloud);
   const double area = std::numbers::pi / 4 * scan->cloud.median_spacing *
                       scan->cloud.median_spacing * static_cast<double>(scan->cloud.points.cols());
-  const double share = area / (kFinerThanControl * target_faces);
+  const double share = area / (kShapeControlMesh.finer_than_control * target_faces);
   const double edge = std::sqrt(4 / std::numbers::sqrt3 * share);
   ControlMesh shape{std::move(mesh.vertices), std::move(mesh.triangles)};
   RILIEVO_ASSIGN_OR_RETURN(
-      shape, SplitLongEdges(std::move(shape), kLongestEdge * edge,
-                            kNeedlePieces * kFinerThanControl * target_faces, context));
+      shape,
+      SplitLongEdges(std::move(shape), kShapeMesh.longest_edge * edge,
+                     kShapeMesh.needle_pieces * kShapeControlMesh.finer_than_control * target_faces,
+                     context));
   if (options.creases == CreaseRule::kAuto) {
     RILIEVO_RETURN_IF_ERROR(TagSharpEdges(scan->cloud.median_spacing, context, &shape));
     scan->cloud.sharp_lines = LinesOf(shape);
@@ -114,7 +104,7 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
   control.reason = "a mesh was given";
   RILIEVO_ASSIGN_OR_RETURN(
       control.mesh, ShapeControlMesh(std::move(shape), scan->cloud, scan->index, options.creases,
-                                     target_faces, kBorderWeight, context));
+                                     target_faces, kShapeMesh.border_weight, context));
   if (options.bridge_gaps_below > 0) {
     RILIEVO_ASSIGN_OR_RETURN(
         control.mesh, BridgeGaps(std::move(control.mesh), options.bridge_gaps_below, context));
@@ -155,8 +145,9 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
   std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
   // A level that is asked for is one over so many control faces as callers can tell.
   const int64_t points =
-      options.max_level ? FewestPointsOnMesh(checked.triangles.cols())
-                        : PointsOnMesh(checked, fractions.encode.max_error.value_or(kMostSagitta));
+      options.max_level
+          ? FewestPointsOnMesh(checked.triangles.cols())
+          : PointsOnMesh(checked, fractions.encode.max_error.value_or(kShapeMesh.most_sagitta));
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, points, context));
   Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);

@@ -7,12 +7,10 @@
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/saved_value.h"
 #include "core/pipeline/run_parts.h"
+#include "core/pipeline/settings.h"
 
 namespace rilievo {
 namespace {
-
-// What a part of a pass over the blocks holds of them: several, where that leaves some parts.
-constexpr int kFewParts = 8, kMostItemsOfPart = 4;
 
 template <typename Archive, typename Error>
 void VisitUncoded(Archive& archive, Error& uncoded) {
@@ -68,7 +66,8 @@ GatherBytes GatherByParts(SharedParts* shared) {
   return [shared, pass = 0](int count, const MakeBytes& make, const RunContext& context) mutable
          -> absl::StatusOr<std::vector<std::vector<uint8_t>>> {
     if (pass == kMostPasses) return absl::InternalError("coding takes too many passes");
-    const int items = std::clamp(count / kFewParts, 1, kMostItemsOfPart);
+    const int items =
+        std::clamp(count / kSharedCoding.few_parts, 1, kSharedCoding.most_items_of_part);
     std::vector<std::vector<uint8_t>> all(static_cast<size_t>(count));
     PartsOfStep step{.step = PartStep{static_cast<int>(PartStep::kBlocks) + pass++},
                      .count = (count + items - 1) / items};

@@ -14,6 +14,7 @@
 #include "core/pipeline/heights_from_pages.h"
 #include "core/pipeline/points_of_pages.h"
 #include "core/pipeline/sample_heights.h"
+#include "core/pipeline/settings.h"
 #include "core/surface/stored_surface.h"
 
 namespace rilievo {
@@ -51,7 +52,6 @@ absl::StatusOr<MeasuredPages> MeasurePages(const PagedScan& pages, const PartSiz
                                            const ReconstructOptions& options, SharedParts* shared,
                                            const PipelineContext& context, Domain* domain,
                                            StoredSurface* stored) {
-  constexpr double kAnalyzed = 0.55, kFitted = 0.65;  // of the time
   const StageScope scope(Stage::kDisplacement, context);
   const auto told = [&context, shared](double from, double to) {
     const auto tell = [&context, from, to](double share) {
@@ -60,22 +60,24 @@ absl::StatusOr<MeasuredPages> MeasurePages(const PagedScan& pages, const PartSiz
     return PartsRun{tell, shared};
   };
   const PipelineContext silent = context.Silent();
-  RILIEVO_ASSIGN_OR_RETURN(
-      AnalyzedPages analyzed,
-      AnalyzePages(pages, thinned, sizes.part_points, options, told(0, kAnalyzed), silent));
+  RILIEVO_ASSIGN_OR_RETURN(AnalyzedPages analyzed,
+                           AnalyzePages(pages, thinned, sizes.part_points, options,
+                                        told(0, kSurfaceFromPages.analyzed), silent));
   const KnownPoints points{pages, analyzed.surfels, thinned.frame};
   const FaceParts parts(pages, thinned, coarse, cutter, sizes.part_points);
   if (pages.size() > sizes.coarse_points && !domain->is_filled) {
     domain->fit.control_mesh = stored->control_mesh;
-    RILIEVO_ASSIGN_OR_RETURN(domain->fit,
-                             FitFromPages(points, parts, cutter, domain->fit, options.fit,
-                                          told(kAnalyzed, kFitted), silent));
+    RILIEVO_ASSIGN_OR_RETURN(
+        domain->fit,
+        FitFromPages(points, parts, cutter, domain->fit, options.fit,
+                     told(kSurfaceFromPages.analyzed, kSurfaceFromPages.fitted), silent));
     RILIEVO_ASSIGN_OR_RETURN(stored->control_mesh,
                              QuantizeControlMesh(domain->fit.control_mesh, domain->position_step));
   }
-  RILIEVO_ASSIGN_OR_RETURN(ScratchHeights heights,
-                           MeasureHeightsFromPages(points, parts, cutter, stored->max_level,
-                                                   options.displacement, told(kFitted, 1), silent));
+  RILIEVO_ASSIGN_OR_RETURN(
+      ScratchHeights heights,
+      MeasureHeightsFromPages(points, parts, cutter, stored->max_level, options.displacement,
+                              told(kSurfaceFromPages.fitted, 1), silent));
   return MeasuredPages{std::move(analyzed), std::move(heights)};
 }
 

@@ -23,18 +23,12 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/points_on_surface.h"
+#include "core/pipeline/settings.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/stored_surface.h"
 
 namespace rilievo {
 namespace {
-
-// Rings of patches around contradicted ones whose heights are made anew as well; along the last of
-// them they pass over into the old ones. As many rings of control faces around these tell the plate
-// and the points.
-constexpr int kRings = 2;
-// Of the points that contradict the surface, those that may still do so in the end.
-constexpr double kMostUnreached = 0.1;
 
 // What no step changes.
 struct Updated {
@@ -72,8 +66,7 @@ absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_v
 double ErrorOfSurface(const OpenedDss& file, double noise) {
   const DssDistance& stated = file.header.metadata.scan_to_surface;
   const double error = std::max(stated.rms, stated.p95 / 2);
-  constexpr double kLeverage = 1.0 / 16;  // of most heights; the file does not tell
-  return std::max(ErrorUnderNoise(error, noise, kLeverage), HeightStepOf(file));
+  return std::max(ErrorUnderNoise(error, noise, kUpdateSurface.leverage), HeightStepOf(file));
 }
 
 absl::Status CheckPlace(const PointsOnSurface& points, double max_height) {
@@ -199,7 +192,7 @@ absl::StatusOr<HeightsAnew> MeasureAnew(const Updated& updated, const std::vecto
   const int level = surface.max_level;
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter,
                            PartCutter::Make(surface.control_mesh, updated.control));
-  const SubMesh sub = cutter.Cut(faces, kRings);
+  const SubMesh sub = cutter.Cut(faces, kUpdateSurface.rings);
   RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
                            AnalyzeOver(sub.faces, points, updated.triangles, context));
   if (cloud.points.cols() == 0) return HeightsAnew();
@@ -260,7 +253,7 @@ absl::Status CheckReached(const std::vector<uint8_t>& contradicting, const Point
     ++all;
     unreached += std::abs(after.across[i]) > most ? 1 : 0;
   }
-  if (static_cast<double>(unreached) <= kMostUnreached * static_cast<double>(all)) {
+  if (static_cast<double>(unreached) <= kUpdateSurface.most_unreached * static_cast<double>(all)) {
     return absl::OkStatus();
   }
   return absl::FailedPreconditionError(absl::StrFormat(
@@ -319,7 +312,7 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
   update.heights = surface.heights;
   update.sources = surface.sources;
   std::vector<uint8_t> around = patches.contradicted;
-  for (int ring = 0; ring < kRings; ++ring) around = Dilated(around, each, triangles);
+  for (int ring = 0; ring < kUpdateSurface.rings; ++ring) around = Dilated(around, each, triangles);
   const std::vector<int> faces = FacesUnder(around, each, triangles);
   context.Report(Stage::kDisplacement, 0);
   if (!faces.empty()) {
@@ -337,9 +330,8 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
     report.heights_filled += update.told[v] != 0 && update.sources[v] == HeightSource::kFilled;
   }
   report.groups_changed = GroupsWith(update.told, updated);
-  constexpr double kUsualStep = 2e-5;
   const double step = HeightStepOf(updated.file);
-  update.step = step > 0 ? std::min(step, kMaxStep) : kUsualStep;
+  update.step = step > 0 ? std::min(step, kMaxStep) : kUpdateSurface.usual_step;
   update.generator = "rilievo " RILIEVO_VERSION;
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> chunk,
                            EncodeUpdate(dss, surface, update, context));

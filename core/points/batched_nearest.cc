@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/base/wide_registers.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -21,15 +21,6 @@ using Stretch = double
 using Counts = int64_t __attribute__((vector_size(kLanes * sizeof(int64_t))));
 using CountStretch = int64_t
     __attribute__((vector_size(kLanes * sizeof(int64_t)), aligned(alignof(int64_t)), may_alias));
-
-// Measured along Morton curves. In reaches: how far the places of a run may lie from their middle,
-// and how far beyond them points are gathered.
-constexpr double kRunRadius = 1.5, kMargin = 1.25;
-constexpr int64_t kMostPlaces = 64;
-constexpr int kFewestPlaces = 4;  // for fewer, gathering does not pay
-// A place that lies alone would have its run gather all of a dense part.
-constexpr int kMostGathered = 1024;
-constexpr int kMostCounted = 128;
 
 size_t WholeLanes(size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
@@ -69,17 +60,17 @@ int64_t BatchedNearest::Gather(const Eigen::Matrix3Xd& places, int64_t begin, in
   radius_ = -1;
   Eigen::AlignedBox3d box(Eigen::Vector3d(places.col(begin)));
   int64_t run_end = begin + 1;
-  for (; run_end < std::min(end, begin + kMostPlaces); ++run_end) {
+  for (; run_end < std::min(end, begin + kBatchedNearest.most_places); ++run_end) {
     Eigen::AlignedBox3d larger = box;
     larger.extend(Eigen::Vector3d(places.col(run_end)));
-    if (!(larger.diagonal().norm() < 2 * kRunRadius * reach_)) break;
+    if (!(larger.diagonal().norm() < 2 * kBatchedNearest.run_radius * reach_)) break;
     box = larger;
   }
-  if (run_end - begin < kFewestPlaces) return run_end;
+  if (run_end - begin < kBatchedNearest.fewest_places) return run_end;
   middle_ = box.center();
-  const double radius = box.diagonal().norm() / 2 + kMargin * reach_;
-  if (!index_.Within(middle_, radius, kMostGathered, &gathered_)) return begin + 1;
-  radius_ = radius * (1 - kRounding);
+  const double radius = box.diagonal().norm() / 2 + kBatchedNearest.margin * reach_;
+  if (!index_.Within(middle_, radius, kBatchedNearest.most_gathered, &gathered_)) return begin + 1;
+  radius_ = radius * (1 - kCommon.rounding);
   const size_t whole = WholeLanes(gathered_.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double>& along = coordinates_[axis];
@@ -105,7 +96,7 @@ bool BatchedNearest::FindGathered(const Eigen::Vector3d& place) {
   const double most = least_left_out * least_left_out;
   SquaredDistances(coordinates_[0].data(), coordinates_[1].data(), coordinates_[2].data(),
                    distances_.size(), place.data(), distances_.data());
-  double bound = kMargin * reach_ * reach_;
+  double bound = kBatchedNearest.margin * reach_ * reach_;
   if (!(bound > 0)) bound = most;  // the place before was that of all its points
   int count = Shortlist(std::min(bound, most));
   while (count < k_) {
@@ -129,7 +120,7 @@ int BatchedNearest::Shortlist(double most_squared) {
 
 // Takes the nearest from the shortlist.
 void BatchedNearest::SortShortlist(int count) {
-  if (count <= kMostCounted) {
+  if (count <= kBatchedNearest.most_counted) {
     std::fill_n(listed_distances_.begin() + count, kLanes, std::numeric_limits<double>::infinity());
     CountSmaller(listed_distances_.data(), static_cast<size_t>(count), ranks_.data());
     for (int i = 0; i < count; ++i) {

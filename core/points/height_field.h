@@ -7,13 +7,12 @@
 #include <array>
 #include <cmath>
 
+#include "core/points/settings.h"
+
 namespace rilievo {
 
 inline constexpr int kHeightFieldLanes = 4;
 inline constexpr int kQuadricTerms = 6;
-// Added to the diagonal of a fit to points as far away as 1, for points on one line leave it
-// undetermined.
-inline constexpr double kRidge = 1e-6;
 inline constexpr int HeightFieldRows(int points) {
   return (points + kHeightFieldLanes - 1) / kHeightFieldLanes * kHeightFieldLanes;
 }
@@ -34,7 +33,7 @@ struct HeightFieldSums {
 // The same bits on every x86-64 machine.
 HeightFieldSums SumHeights(const HeightFieldPoints& points);
 
-// The terms of the field. `ridge`: > 0, added to the diagonal, see kRidge.
+// The terms of the field. `ridge`: > 0, added to the diagonal, see kHeightField.ridge.
 template <int kTerms>
 Eigen::Matrix<double, kTerms, 1> FitHeights(const HeightFieldSums& sums, double ridge) {
   static_assert(kTerms == 3 || kTerms == kQuadricTerms);

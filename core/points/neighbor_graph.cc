@@ -12,6 +12,7 @@
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/batched_nearest.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -26,15 +27,15 @@ void CopyOthers(const int* nearest, int point, int k, int* neighbors) {
 }  // namespace
 
 absl::Status NeighborOptions::Validate() const {
-  if (k >= 6 && k <= kMostNeighbors) return absl::OkStatus();
+  if (k >= 6 && k <= kNeighborGraph.most_neighbors) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("k: ", k, " is outside [6, ", kMostNeighbors, "]"));
+      absl::StrCat("k: ", k, " is outside [6, ", kNeighborGraph.most_neighbors, "]"));
 }
 
 void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int point, int k,
                    int* neighbors) {
-  std::array<int, kMostNeighbors + 1> nearest;
-  std::array<double, kMostNeighbors + 1> squared;
+  std::array<int, kNeighborGraph.most_neighbors + 1> nearest;
+  std::array<double, kNeighborGraph.most_neighbors + 1> squared;
   index.Nearest(points.col(point), k + 1, nearest.data(), squared.data());
   CopyOthers(nearest.data(), point, k, neighbors);
 }

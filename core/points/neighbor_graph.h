@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/points/point_index.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 
@@ -19,8 +20,6 @@ namespace rilievo {
 struct FacingPair {
   int point, across;
 };
-
-inline constexpr int kMostNeighbors = 64;
 
 // The neighbours of a point, ascending by distance: those of a graph, or unpacked from it.
 class NeighborList {
@@ -41,7 +40,7 @@ class NeighborList {
  private:
   const int* data_ = nullptr;
   size_t size_;
-  int unpacked_[kMostNeighbors];
+  int unpacked_[kNeighborGraph.most_neighbors];
 };
 
 struct NeighborGraph {
@@ -81,13 +80,13 @@ struct NeighborGraph {
 std::vector<float> NeighborDistances(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                                      int point);
 
-// The `k` (<= kMostNeighbors, < points) nearest other points of one, ascending by distance, into
-// neighbors[0..k). `index`: of `points`.
+// The `k` (<= kNeighborGraph.most_neighbors, < points) nearest other points of one, ascending by
+// distance, into neighbors[0..k). `index`: of `points`.
 void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int point, int k,
                    int* neighbors);
 
 struct NeighborOptions {
-  int k = 16;  // [6, kMostNeighbors]; lowered to size - 1 for small sets
+  int k = 16;  // [6, kNeighborGraph.most_neighbors]; lowered to size - 1 for small sets
   absl::Status Validate() const;
 };
 

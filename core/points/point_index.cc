@@ -14,15 +14,10 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/morton_order.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Measured at 100 000 and 1 000 000 points: 8 to 16 are alike. Their nodes take 9 bytes a point,
-// those of leaves of 12 points 12.
-constexpr int kLeafSize = 16;
-// Points of a tree: nothing can stop FLANN while it builds one, 0.3 s for so many.
-constexpr int64_t kMostTreePoints = 1 << 19;
 
 // The `capacity` best of what the trees offer within a squared distance of `most`, by (distance,
 // index): ties do not depend on how the tree was cut.
@@ -110,7 +105,7 @@ struct PointIndex::Impl {
     LeafTree(const double* stretch, int64_t size, bool copy)
         : KDTreeSingleIndex(
               flann::Matrix<double>(const_cast<double*>(stretch), static_cast<size_t>(size), 3),
-              flann::KDTreeSingleIndexParams(kLeafSize, copy)) {
+              flann::KDTreeSingleIndexParams(kPointIndex.leaf_size, copy)) {
       buildIndex();
       if (copy) std::vector<double*>().swap(this->Base::points_);  // where each point was
     }
@@ -119,7 +114,8 @@ struct PointIndex::Impl {
   // Trees over stretches of equal length: points along a Morton curve keep them apart, but any
   // order is answered exactly.
   absl::Status Build(const Eigen::Matrix3Xd& points, bool copy, const RunContext& context) {
-    const int64_t count = (points.cols() + kMostTreePoints - 1) / kMostTreePoints;
+    const int64_t count =
+        (points.cols() + kPointIndex.most_tree_points - 1) / kPointIndex.most_tree_points;
     size = static_cast<int>(points.cols());
     trees.resize(static_cast<size_t>(count));
     boxes.resize(trees.size());

@@ -10,10 +10,12 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/scan/clean/find_foliage.h"
+#include "core/scan/clean/settings.h"
 #include "core/scan/local_shape/estimate_normals.h"
 #include "core/scan/local_shape/separate_sheets.h"
 #include "core/scan/local_shape/sharpen_normals.h"
 #include "core/scan/local_shape/thick_noise.h"
+#include "core/scan/settings.h"
 
 namespace rilievo {
 namespace {
@@ -77,13 +79,13 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
 
 // INVALID_ARGUMENT where too few are left.
 absl::Status CheckKept(const ScanFigures& figures) {
-  if (figures.kept >= kMinScanPoints) return absl::OkStatus();
+  if (figures.kept >= kCheckScan.min_scan_points) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("points: ", figures.kept, " of ",
                    figures.kept + figures.outliers + figures.island_points + figures.foliage_points,
                    " points are left after ", figures.outliers, " outliers, ",
                    figures.island_points, " points of islands and ", figures.foliage_points,
-                   " points of foliage, at least ", kMinScanPoints, " are needed"));
+                   " points of foliage, at least ", kCheckScan.min_scan_points, " are needed"));
 }
 
 // The mask of all points for one of those that another mask has kept so far.
@@ -124,7 +126,6 @@ absl::StatusOr<ScanNeighbors> KeepPoints(const std::vector<uint8_t>& keep, ScanN
 // without outliers one point in a hundred goes.
 absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOptions& options,
                                               const RunContext& context) {
-  constexpr double kMany = 0.02;  // of the points
   for (int look = 0; look < 2; ++look) {
     RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
                              FindOutliers(scan.points, scan.graph, options.outliers, context));
@@ -135,7 +136,8 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
     RILIEVO_RETURN_IF_ERROR(CheckKept(scan.figures));
     if (scan.figures.kept == checked) return scan;
     RILIEVO_ASSIGN_OR_RETURN(scan, KeepPoints(found.keep, std::move(scan), options, context));
-    if (static_cast<double>(found.outliers) < kMany * static_cast<double>(checked)) return scan;
+    if (static_cast<double>(found.outliers) < kScanSurface.many * static_cast<double>(checked))
+      return scan;
   }
   return scan;
 }
@@ -216,9 +218,10 @@ absl::Status ScanOptions::Validate() const {
 absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions& options,
                                             const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
-  if (scan.points.cols() < kMinScanPoints) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "points: ", scan.points.cols(), " points, at least ", kMinScanPoints, " are needed"));
+  if (scan.points.cols() < kCheckScan.min_scan_points) {
+    return absl::InvalidArgumentError(absl::StrCat("points: ", scan.points.cols(),
+                                                   " points, at least ", kCheckScan.min_scan_points,
+                                                   " are needed"));
   }
   context.Report(Stage::kNeighbors, 0);
   const SpatialFrame curve = scan.frame, frame = Rounded(curve);

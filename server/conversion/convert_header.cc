@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/control/build_control_mesh.h"
+#include "core/control/settings.h"
 #include "core/meshes/scan_of_mesh.h"
 #include "server/conversion/convert_control_mesh.h"
 #include "server/conversion/convert_place.h"
@@ -267,18 +268,18 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Option
   }
   reader.Read("control_faces", from.has_control_faces(), from.control_faces(), {0, 200000},
               &control->target_faces);
-  reader.Read("close_holes_below_ratio", from.has_close_holes_below_ratio(),
-              from.close_holes_below_ratio(), {kShortestRim, kLongestRim},
-              &control->close_holes_below);
+  reader.Read(
+      "close_holes_below_ratio", from.has_close_holes_below_ratio(), from.close_holes_below_ratio(),
+      {kControlOptions.shortest_rim, kControlOptions.longest_rim}, &control->close_holes_below);
   reader.Read("close_holes_below_length", from.has_close_holes_below_length(),
               from.close_holes_below_length(), kLength, &lengths->close_holes_below);
   if (from.has_close_holes_below_ratio() && from.has_close_holes_below_length()) {
     reader.Violate("close_holes_below_length",
                    "set, and close_holes_below_ratio too; leave one of the two out");
   }
-  reader.Read("bridge_gaps_below_ratio", from.has_bridge_gaps_below_ratio(),
-              from.bridge_gaps_below_ratio(), {kNarrowestGap, kWidestGap},
-              &control->bridge_gaps_below);
+  reader.Read(
+      "bridge_gaps_below_ratio", from.has_bridge_gaps_below_ratio(), from.bridge_gaps_below_ratio(),
+      {kControlOptions.narrowest_gap, kControlOptions.widest_gap}, &control->bridge_gaps_below);
   reader.Read("bridge_gaps_below_length", from.has_bridge_gaps_below_length(),
               from.bridge_gaps_below_length(), kLength, &lengths->bridge_gaps_below);
   if (from.has_bridge_gaps_below_ratio() && from.has_bridge_gaps_below_length()) {

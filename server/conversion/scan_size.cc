@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/scan/clean/check_scan.h"
+#include "core/scan/clean/settings.h"
 #include "server/conversion/option_reader.h"
 
 namespace rilievo {
@@ -86,7 +87,9 @@ std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const Se
   const uint64_t count = header.point_count();
   const bool mesh = header.triangle_count() > 0;
   const bool update = header.has_base_surface();
-  const uint64_t fewest = update ? kFewestOfUpdate : mesh ? kFewestVertices : kMinScanPoints;
+  const uint64_t fewest = update ? kFewestOfUpdate
+                          : mesh ? kFewestVertices
+                                 : kCheckScan.min_scan_points;
   if (count < fewest) {
     reader.Violate("point_count", absl::StrCat(count,
                                                mesh     ? " vertices; a mesh"

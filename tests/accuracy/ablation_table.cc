@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iostream>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
+#include "tests/accuracy/settings_by_name.h"
 
 namespace rilievo {
 namespace {
@@ -82,6 +84,11 @@ absl::StatusOr<Mechanism> MechanismOf(std::string_view name) {
                                                  "'; all: ", "core/base/ablation.h"));
 }
 
+absl::Status CannotChange() {
+  return absl::FailedPreconditionError(
+      "this build can change nothing: configure with -DRILIEVO_ABLATION=ON");
+}
+
 absl::Status Leave(Mechanism mechanism, bool out) {
 #ifdef RILIEVO_ABLATION
   LeaveOut(mechanism, out);
@@ -89,12 +96,39 @@ absl::Status Leave(Mechanism mechanism, bool out) {
 #else
   static_cast<void>(mechanism);
   static_cast<void>(out);
-  return absl::FailedPreconditionError(
-      "this build can leave nothing out: configure with -DRILIEVO_ABLATION=ON");
+  return CannotChange();
 #endif
 }
 
+// What is made otherwise for one row of the table, and how it is undone.
+struct Change {
+  std::string name;
+  std::function<absl::Status()> make, undo;
+};
+
+absl::StatusOr<std::string> MeasureChanges(const std::vector<SubjectName>& subjects,
+                                           const std::vector<Change>& changes, int seeds) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> before, MeasureAll(subjects, seeds));
+  std::string table = kAblationHead;
+  std::cout << table << std::flush;
+  for (const Change& change : changes) {
+    RILIEVO_RETURN_IF_ERROR(change.make());
+    const absl::StatusOr<std::vector<AccuracyRow>> after = MeasureAll(subjects, seeds);
+    RILIEVO_RETURN_IF_ERROR(change.undo());
+    const std::string row =
+        after.ok() ? AblationRow(change.name, before, *after)
+                   : absl::StrCat("| `", change.name, "` | ", after.status().message(), " |\n");
+    std::cout << row << std::flush;
+    table += row;
+  }
+  return table;
+}
+
 }  // namespace
+
+#ifndef RILIEVO_ABLATION
+std::vector<NamedSetting> AllSettings() { return {}; }
+#endif
 
 absl::Status LeaveOutByName(std::string_view name) {
   RILIEVO_ASSIGN_OR_RETURN(const Mechanism mechanism, MechanismOf(name));
@@ -109,18 +143,59 @@ absl::StatusOr<std::string> MeasureAblation(const std::vector<SubjectName>& subj
     mechanisms.push_back({mechanism, name});
   }
   if (names.empty()) mechanisms.assign(kMechanisms.begin(), kMechanisms.end());
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> with, MeasureAll(subjects, seeds));
-  std::string table = kAblationHead;
-  std::cout << table << std::flush;
-  for (const NamedMechanism& mechanism : mechanisms) {
-    RILIEVO_RETURN_IF_ERROR(Leave(mechanism.mechanism, true));
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> without, MeasureAll(subjects, seeds));
-    RILIEVO_RETURN_IF_ERROR(Leave(mechanism.mechanism, false));
-    const std::string row = AblationRow(mechanism.name, with, without);
-    std::cout << row << std::flush;
-    table += row;
+  std::vector<Change> changes;
+  for (const NamedMechanism& named : mechanisms) {
+    changes.push_back({std::string(named.name), [=] { return Leave(named.mechanism, true); },
+                       [=] { return Leave(named.mechanism, false); }});
   }
-  return table;
+  return MeasureChanges(subjects, changes, seeds);
+}
+
+absl::Status SetByName(std::string_view name, double value) {
+  const std::vector<NamedSetting> settings = AllSettings();
+  if (settings.empty()) return CannotChange();
+  for (const NamedSetting& setting : settings) {
+    if (setting.name != name) continue;
+    setting.set(value);
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat("no setting is called '", std::string(name),
+                                                 "'; they stand in the settings.h of each room"));
+}
+
+std::vector<double> OtherValues(double value, bool whole) {
+  if (whole) {
+    return {std::min(value - 1, std::round(0.7 * value)),
+            std::max(value + 1, std::round(1.4 * value))};
+  }
+  if (value > 0.5 && value < 1) return {1 - 1.4 * (1 - value), 1 - 0.7 * (1 - value)};
+  return {0.7 * value, 1.4 * value};
+}
+
+absl::StatusOr<std::string> MeasureSensitivity(const std::vector<SubjectName>& subjects,
+                                               const std::vector<std::string>& names, int seeds) {
+  std::vector<Change> changes;
+  for (const NamedSetting& setting : AllSettings()) {
+    const bool wanted = std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+      return setting.name.starts_with(name);
+    });
+    if (!names.empty() && !wanted) continue;
+    const double usual = setting.value();
+    const auto set = [=](double value) {
+      setting.set(value);
+      return absl::OkStatus();
+    };
+    for (const double value : OtherValues(usual, setting.whole)) {
+      changes.push_back({absl::StrFormat("%s %g -> %g", std::string(setting.name), usual, value),
+                         [=] { return set(value); }, [=] { return set(usual); }});
+    }
+  }
+  if (AllSettings().empty()) return CannotChange();
+  if (changes.empty()) {
+    return absl::InvalidArgumentError(
+        "no setting has such a name; they stand in the settings.h of each room");
+  }
+  return MeasureChanges(subjects, changes, seeds);
 }
 
 }  // namespace rilievo

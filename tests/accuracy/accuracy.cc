@@ -1,12 +1,15 @@
 // rilievo_accuracy: how close reconstructions come to the truth, against the table in the tree.
 //   rilievo_accuracy [--fast] [--only SHAPE]... [--seeds N] [--without NAME]...
-//                    [--compare FILE | --write FILE]
+//                    [--set NAME=VALUE]... [--compare FILE | --write FILE]
 //   rilievo_accuracy --ablation [--fast] [--only SHAPE]... [--seeds N] [--without NAME]...
+//   rilievo_accuracy --sensitivity [--fast] [--only SHAPE]... [--seeds N] [--of NAME]...
 // --fast: only scans of 20 000 points. --seeds: means over so many scans a row. --without: leaves a
 // mechanism of the core out. --ablation: the table of what each of the mechanisms named, or each
-// there is, earns; both in a build with the CMake option RILIEVO_ABLATION. --compare: exit code 1
-// if a row is worse than in the table of FILE, see CompareTables(). --write: puts the rows into the
-// table of FILE in place of what it held.
+// there is, earns. --set: gives a setting of the core another value. --sensitivity: the table of
+// what more and less of each setting does, or of those whose names begin as --of says. All four in
+// a build with the CMake option RILIEVO_ABLATION. --compare: exit code 1 if a row is worse than in
+// the table of FILE, see CompareTables(). --write: puts the rows into the table of FILE in place of
+// what it held.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -29,15 +32,15 @@ namespace rilievo {
 namespace {
 
 struct Arguments {
-  bool fast = false, ablation = false;
+  bool fast = false, ablation = false, sensitivity = false;
   int seeds = 1;
-  std::vector<std::string> only, without;
+  std::vector<std::string> only, without, set, of;
   std::string compare, write;
 };
 
 bool TakesValue(std::string_view word) {
   return word == "--only" || word == "--seeds" || word == "--without" || word == "--compare" ||
-         word == "--write";
+         word == "--write" || word == "--set" || word == "--of";
 }
 
 absl::StatusOr<Arguments> ReadArguments(int count, char** words) {
@@ -60,6 +63,12 @@ absl::StatusOr<Arguments> ReadArguments(int count, char** words) {
       }
     } else if (word == "--ablation") {
       arguments.ablation = true;
+    } else if (word == "--sensitivity") {
+      arguments.sensitivity = true;
+    } else if (word == "--set") {
+      arguments.set.push_back(value());
+    } else if (word == "--of") {
+      arguments.of.push_back(value());
     } else if (word == "--without") {
       arguments.without.push_back(value());
     } else if (word == "--compare") {
@@ -132,6 +141,15 @@ absl::Status WriteRows(const std::string& path, const std::vector<AccuracyRow>& 
   return absl::OkStatus();
 }
 
+absl::Status Set(const std::string& text) {
+  const size_t equals = text.find('=');
+  double value = 0;
+  if (equals == std::string::npos || !absl::SimpleAtod(text.substr(equals + 1), &value)) {
+    return absl::InvalidArgumentError(absl::StrCat("--set ", text, ": NAME=NUMBER is needed"));
+  }
+  return SetByName(text.substr(0, equals), value);
+}
+
 absl::Status Run(const Arguments& arguments) {
   const std::vector<std::string> shapes = SubjectShapes();
   for (const std::string& shape : arguments.only) {
@@ -143,6 +161,10 @@ absl::Status Run(const Arguments& arguments) {
   if (arguments.ablation) {
     return MeasureAblation(SubjectsFor(arguments), arguments.without, arguments.seeds).status();
   }
+  if (arguments.sensitivity) {
+    return MeasureSensitivity(SubjectsFor(arguments), arguments.of, arguments.seeds).status();
+  }
+  for (const std::string& text : arguments.set) RILIEVO_RETURN_IF_ERROR(Set(text));
   for (const std::string& name : arguments.without) RILIEVO_RETURN_IF_ERROR(LeaveOutByName(name));
   std::vector<AccuracyRow> rows;
   for (const SubjectName& name : SubjectsFor(arguments)) {

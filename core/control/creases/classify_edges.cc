@@ -7,8 +7,9 @@
 
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
+#include "core/control/creases/settings.h"
 #include "core/geometry/vertex_normals.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -20,14 +21,6 @@ struct FoldedEdge {
   Vector3d p, q;
   std::array<Vector3d, 2> normals, opposite;
 };
-
-// Twice the log-likelihood ratio from which an edge leads on from a sure one.
-constexpr double kWeakEvidence = 8;
-// Standard errors that the points by an edge lie inside its corner from which it is rounded, and
-// counts less: only where it leads on from a sure one.
-constexpr double kBlunt = 1.5;
-// Least cosine of an edge and the line along which its sides meet.
-constexpr double kAligned = 0.85;
 
 EdgePlace PlaceOf(const FoldedEdge& edge) {
   EdgePlace place;
@@ -42,15 +35,15 @@ EdgePlace PlaceOf(const FoldedEdge& edge) {
 }
 
 EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place) {
-  if (planes.cosine > std::cos(kSharpAngle) ||
-      std::abs(planes.direction.dot(place.along)) < kAligned) {
+  if (planes.cosine > std::cos(kCommon.sharp_angle) ||
+      std::abs(planes.direction.dot(place.along)) < kClassifyEdges.aligned) {
     return EdgeClass::kSmooth;
   }
-  const bool blunt = planes.bluntness > kBlunt;
-  if (planes.log_likelihood_ratio > kSureEvidence)
+  const bool blunt = planes.bluntness > kClassifyEdges.blunt;
+  if (planes.log_likelihood_ratio > kCommon.sure_evidence)
     return blunt ? EdgeClass::kWeak : EdgeClass::kStrong;
-  return planes.log_likelihood_ratio > kWeakEvidence && !blunt ? EdgeClass::kWeak
-                                                               : EdgeClass::kSmooth;
+  return planes.log_likelihood_ratio > kClassifyEdges.weak_evidence && !blunt ? EdgeClass::kWeak
+                                                                              : EdgeClass::kSmooth;
 }
 
 EdgeClassification ClassifyEdge(const OrientedCloud& cloud, const PointIndex& index,
@@ -82,7 +75,7 @@ absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedClou
           const int opposite = kPreviousCorner[CornerOfEdge(topology, face, static_cast<int>(e))];
           edge.opposite[k] = mesh.vertices.col(mesh.faces(opposite, face));
         }
-        if (edge.normals[0].dot(edge.normals[1]) > kLeastFold) return;
+        if (edge.normals[0].dot(edge.normals[1]) > kClassifyEdges.least_fold) return;
         judgements[e] = ClassifyEdge(cloud, index, edge);
       }));
   return judgements;

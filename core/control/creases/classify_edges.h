@@ -16,9 +16,6 @@
 
 namespace rilievo {
 
-// Faces that meet flatter than this are not looked at; the iso-surface rounds sharp edges.
-inline constexpr double kLeastFold = 0.985;  // cos 10 degrees
-
 enum class EdgeClass : uint8_t { kSmooth, kWeak, kStrong };
 
 struct EdgeClassification {

@@ -11,36 +11,36 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
+#include "core/control/creases/settings.h"
 #include "core/geometry/vertex_normals.h"
-#include "core/points/belonging.h"
 #include "core/points/neighborhood_size.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 128;
-
 // Replaces the plane of a face; leaves it where the points around show no side of their own.
 void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& center,
                  Vector3d* face_normal, Vector3d* face_point) {
-  std::array<int, kMostPoints> found;
-  std::array<double, kMostPoints> squared;
+  std::array<int, kFeaturePlanes.most_points> found;
+  std::array<double, kFeaturePlanes.most_points> squared;
   index.Nearest(center, 1, found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int wanted = NeighborhoodSize(kPointsByBorder, kMostPoints, noise, spacing);
+  const int wanted =
+      NeighborhoodSize(kCommon.points_by_border, kFeaturePlanes.most_points, noise, spacing);
   const int count =
       index.Nearest(center, std::min(wanted, index.size()), found.data(), squared.data());
   // The nearest of the face's side.
   int seed = count;
   for (int i = 0; i < count; ++i) {
-    if (cloud.normals.col(found[i]).dot(*face_normal) < kSameSheet) continue;
+    if (cloud.normals.col(found[i]).dot(*face_normal) < kCommon.same_sheet) continue;
     if (seed == count || squared[i] < squared[seed]) seed = i;
   }
   if (seed == count) return;
   Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
-  for (int round = 0; round < kSideRounds; ++round) {
+  for (int round = 0; round < kCommon.side_rounds; ++round) {
     const double width = (round == 0 ? 2.0 : 1.0) * std::max(2 * noise, 0.3 * spacing);
     Vector3d sum = Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
@@ -48,7 +48,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
     int members = 0;
     for (int i = 0; i < count; ++i) {
       const double agreement = normal.dot(cloud.normals.col(found[i]));
-      if (agreement < kSameSide) continue;
+      if (agreement < kCommon.same_side) continue;
       const Vector3d at = cloud.points.col(found[i]) - center;
       const double off = normal.dot(at + center - point) / width;
       if (off * off > 4) continue;
@@ -59,7 +59,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
       weights += weight;
       ++members;
     }
-    if (members < kFewestOfPlane) return;
+    if (members < kCommon.fewest_of_plane) return;
     const Vector3d mean = sum / weights;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(squares / weights - mean * mean.transpose());
@@ -68,7 +68,7 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
     normal = axis.dot(normal) < 0 ? Vector3d(-axis) : axis;
     point = mean + center;
   }
-  if (normal.dot(*face_normal) < kSameSheet) return;
+  if (normal.dot(*face_normal) < kCommon.same_sheet) return;
   *face_normal = normal;
   *face_point = point;
 }
@@ -91,7 +91,7 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
   for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.faces(k, f);
-      if (vertex_normals.col(v).dot(planes.normals.col(f)) < kLeastFold) bent[v] = 1;
+      if (vertex_normals.col(v).dot(planes.normals.col(f)) < kClassifyEdges.least_fold) bent[v] = 1;
     }
   }
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(mesh.faces.cols(), kHeavyBlock, context, [&](int64_t f) {

@@ -3,34 +3,21 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "core/base/status_macros.h"
 #include "core/control/creases/line_corners.h"
+#include "core/control/creases/settings.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// From half the angle of a sharp edge on one may lead on from it.
-constexpr double kLeadsOn = kSharpAngle / 2;
-// The edges beside a sharp one that are not sharp bend at most so much of what it does ...
-constexpr double kBeside = 1.0 / 3;
-// ... for this share of the length of all.
-constexpr double kCleanShare = 0.9;
-// A triangle of less height, in spacings, has no plane of its own.
-constexpr double kThin = 0.01;
-// A line that turns further than this has a corner; looked at over half a spacing.
-constexpr double kCorner = 50 * std::numbers::pi / 180, kTurnSpacings = 0.5;
-// Lines with a free end are longer, in spacings.
-constexpr double kShortestLooseRun = 6;
 
 class SharpEdges {
  public:
@@ -39,7 +26,7 @@ class SharpEdges {
     FindNormals();
     for (int e = 0; e < topology_.edge_count(); ++e) {
       angles_.push_back(topology_.edge_faces(1, e) < 0 ? 0 : AngleAt(e));
-      sharp_.push_back(angles_.back() >= kSharpAngle);
+      sharp_.push_back(angles_.back() >= kCommon.sharp_angle);
     }
   }
 
@@ -50,7 +37,7 @@ class SharpEdges {
       all += Length(e);
       if (IsClean(e)) clean += Length(e);
     }
-    return all > 0 && clean >= kCleanShare * all;
+    return all > 0 && clean >= kSharpEdges.clean_share * all;
   }
 
   // Lines run on past their free ends.
@@ -86,7 +73,7 @@ class SharpEdges {
             chain.closed || is_free(chain.vertices.front()) || is_free(chain.vertices.back());
         double length = 0;
         for (const int e : chain.edges) length += Length(e);
-        if (!is_loose || length > kShortestLooseRun * spacing_) continue;
+        if (!is_loose || length > kSharpEdges.shortest_loose_run * spacing_) continue;
         for (const int e : chain.edges) sharp_[e] = 0;
         dropped = true;
       }
@@ -98,8 +85,8 @@ class SharpEdges {
   std::vector<int> Corners() const {
     std::vector<int> corners;
     for (const CreaseChain& line : chains_) {
-      const std::vector<int> turns =
-          CornersOfLine(mesh_.vertices, line, kCorner, kTurnSpacings * spacing_);
+      const std::vector<int> turns = CornersOfLine(mesh_.vertices, line, kSharpEdges.corner,
+                                                   kSharpEdges.turn_spacings * spacing_);
       corners.insert(corners.end(), turns.begin(), turns.end());
     }
     std::sort(corners.begin(), corners.end());
@@ -135,14 +122,13 @@ class SharpEdges {
         }
       }
       normals_.col(f) = cross.normalized();
-      const bool thin = cross.norm() < kThin * spacing_ * most;
+      const bool thin = cross.norm() < kSharpEdges.thin * spacing_ * most;
       const int across = topology_.face_neighbors(longest, f);
       stands_for[f] = thin && across >= 0 ? across : f;
     }
     for (int f = 0; f < count; ++f) {
-      constexpr int kMostSteps = 32;
       int root = f;
-      for (int step = 0; step < kMostSteps && stands_for[root] != root; ++step)
+      for (int step = 0; step < kSharpEdges.most_steps && stands_for[root] != root; ++step)
         root = stands_for[root];
       if (root != f) normals_.col(f) = Vector3d(normals_.col(root));
     }
@@ -157,9 +143,9 @@ class SharpEdges {
       return -1;
     }
     int next = -1;
-    double straightest = std::cos(kCorner);
+    double straightest = std::cos(kSharpEdges.corner);
     for (const int e : edges) {
-      if (is_sharp(e) || angles_[e] < kLeadsOn || !IsClean(e)) continue;
+      if (is_sharp(e) || angles_[e] < kSharpEdges.leads_on || !IsClean(e)) continue;
       const double cosine = -Way(v, e).dot(Way(v, *last));
       if (cosine <= straightest) continue;
       straightest = cosine;
@@ -178,7 +164,8 @@ class SharpEdges {
     for (int side = 0; side < 2; ++side) {
       const int face = topology_.edge_faces(side, e);
       for (const int other : topology_.face_edges.col(face)) {
-        if (other != e && sharp_[other] == 0 && angles_[other] > kBeside * angles_[e]) return false;
+        if (other != e && sharp_[other] == 0 && angles_[other] > kSharpEdges.beside * angles_[e])
+          return false;
       }
     }
     return true;

@@ -9,6 +9,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
+#include "core/control/creases/settings.h"
 #include "core/control/simplify/collapse_guards.h"
 #include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/quadric.h"
@@ -20,13 +21,6 @@ namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Least mean log_likelihood_ratio of the edges of a run.
-constexpr double kRunEvidence = 24;
-// Pull of a vertex to its place, beside one for each plane through it.
-constexpr double kStay = 0.003;
-// A vertex comes no farther from the points.
-constexpr double kReachSpacings = 1.5;
 
 // Weak edges stay where they lead on from a strong one.
 std::vector<uint8_t> Tags(const MeshTopology& topology,
@@ -65,7 +59,7 @@ absl::Status DropPoorRuns(const MeshTopology& topology,
       for (int edge : chain.edges)
         log_likelihood_ratio += judgements[edge].planes->log_likelihood_ratio;
       const double mean = log_likelihood_ratio / static_cast<double>(chain.edges.size());
-      if (mean >= kRunEvidence) continue;
+      if (mean >= kTagCreases.run_evidence) continue;
       for (int edge : chain.edges) (*tags)[edge] = 0;
       dropped = true;
     }
@@ -96,14 +90,14 @@ absl::Status MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index
   for (int v = 0; v < topology.vertex_count; ++v) {
     if (!(reach[v] > 0)) continue;
     const Vector3d from = mesh->vertices.col(v);
-    quadrics[v].AddPoint(from, kStay);
+    quadrics[v].AddPoint(from, kTagCreases.stay);
     Vector3d way = quadrics[v].Minimum(from) - from;
     if (!way.allFinite()) continue;
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();
     for (double share : {1.0, 0.5, 0.25}) {
       const Vector3d to = from + share * way;
       if (!KeepsFacesUpright(mesh->vertices, half_edges, v, to) ||
-          !HasSupport(cloud, index, to, kReachSpacings))
+          !HasSupport(cloud, index, to, kTagCreases.reach_spacings))
         continue;
       mesh->vertices.col(v) = to;
       break;

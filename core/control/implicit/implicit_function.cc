@@ -12,39 +12,18 @@
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/implicit/poisson_solver.h"
+#include "core/control/implicit/settings.h"
 #include "core/control/implicit/sizing_field.h"
 
 namespace rilievo {
 namespace {
-
-// The coarsest grid has about this many cells along the diagonal.
-constexpr double kCoarsestCells = 28;
-// Free space around the box of the points at the coarsest level, in cells.
-constexpr int kPaddingCells = 5;
-constexpr int kMaxLevels = 9;
-// A point is active at a level when its own spacing is at most this many cells.
-constexpr double kSpacingPerCell = 2.5;
-// So many points are enough for the face of a cell.
-constexpr double kPointsPerCell = 5;
-constexpr double kMostStride = 1024;
-// A normal is inconsistent when the function, 1 from side to side, falls by this much from this
-// many cells behind the point to as many before it.
-constexpr double kProbeCells = 0.75;
-constexpr double kInconsistentDrop = 0.15;
-constexpr double kFewTurned = 5e-5;  // of all points: not worth another solution
-// The most nodes of the finer grids together. Surfaces ask for 1 to 3 a point. Walls as thin as the
-// spacing ask for up to 15; of dense scans they are a small part. Points along curves would have
-// 50, most of the memory of a job; they get coarser cells.
-constexpr int64_t kNodesBeside = 60'000, kNodesOfPoint = 16, kNodesOfFurtherPoint = 5;
-constexpr int64_t kFewPoints = 50'000;
-constexpr int64_t kNodesOfCell = 9;  // of each that is cut into eight, about
 
 GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origin, double cell) {
   GridLevel level;
   level.cell = cell;
   const Eigen::Vector3d low = cloud.points.rowwise().minCoeff();
   const Eigen::Vector3d high = cloud.points.rowwise().maxCoeff();
-  const Eigen::Vector3i padding = Eigen::Vector3i::Constant(kPaddingCells);
+  const Eigen::Vector3i padding = Eigen::Vector3i::Constant(kImplicitFunction.padding_cells);
   level.grid.AddBox(level.CellOf(origin, low) - padding, level.CellOf(origin, high) + padding);
   level.grid.Seal();
   // Outside, until the points say otherwise.
@@ -61,18 +40,21 @@ struct LevelPlan {
 
 // The cells are those most points ask for, doubled and halved.
 LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
-  const double smallest = 1.0 / (kCoarsestCells * (1 << (kMaxLevels - 1)));
-  const double usual = std::clamp<double>(Median(wanted_cells), smallest, 1.0 / kCoarsestCells);
+  const double smallest =
+      1.0 / (kImplicitFunction.coarsest_cells * (1 << (kImplicitFunction.max_levels - 1)));
+  const double usual =
+      std::clamp<double>(Median(wanted_cells), smallest, 1.0 / kImplicitFunction.coarsest_cells);
   // Rounded where the points ask for less than usual; no cell is larger than asked for.
   const auto halvings = [&](float wanted) {
     const double exact = std::log2(usual / std::max<double>(wanted, smallest));
     return static_cast<int>(exact > 0 ? std::lround(exact) : std::ceil(exact));
   };
-  const int usual_depth = static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * usual))));
+  const int usual_depth =
+      static_cast<int>(std::lround(std::log2(1.0 / (kImplicitFunction.coarsest_cells * usual))));
   const int finest = halvings(*std::min_element(wanted_cells.begin(), wanted_cells.end()));
   LevelPlan plan;
   plan.of_point.reserve(wanted_cells.size());
-  plan.count = std::clamp(1 + usual_depth + finest, 1, kMaxLevels);
+  plan.count = std::clamp(1 + usual_depth + finest, 1, kImplicitFunction.max_levels);
   plan.coarsest_cell = usual * (1 << usual_depth);
   for (const float wanted : wanted_cells) {
     plan.of_point.push_back(
@@ -85,9 +67,9 @@ LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
 void BoundNodes(LevelPlan* plan, std::vector<SparseGrid>* refined) {
   const auto points = static_cast<int64_t>(plan->of_point.size());
   int64_t nodes = 0;
-  for (const SparseGrid& cells : *refined) nodes += kNodesOfCell * cells.size();
+  for (const SparseGrid& cells : *refined) nodes += kImplicitFunction.nodes_of_cell * cells.size();
   while (nodes > MostImplicitNodes(points)) {
-    nodes -= kNodesOfCell * refined->back().size();
+    nodes -= kImplicitFunction.nodes_of_cell * refined->back().size();
     refined->pop_back();
     --plan->count;
   }
@@ -116,9 +98,10 @@ absl::StatusOr<int64_t> FlipInconsistentNormals(const OrientedCloud& cloud, cons
       const Eigen::Vector3d point = cloud.points.col(i);
       const bool silent = sides[i] == 0;
       if (silent) sides[i] = 1;
-      const Eigen::Vector3d step = kProbeCells * level.cell * sides[i] * cloud.normals.col(i);
+      const Eigen::Vector3d step =
+          kImplicitFunction.probe_cells * level.cell * sides[i] * cloud.normals.col(i);
       const double rise = level.ValueAt(origin, point + step) - level.ValueAt(origin, point - step);
-      const bool turn = rise < (silent ? 0 : -kInconsistentDrop) &&
+      const bool turn = rise < (silent ? 0 : -kImplicitFunction.inconsistent_drop) &&
                         (silent || !IsLeftOut(Mechanism::kInconsistentNormals));
       if (turn) sides[i] = static_cast<int8_t>(-sides[i]);
       changed_here += turn || silent ? 1 : 0;
@@ -151,11 +134,12 @@ absl::StatusOr<ActiveSamples> ActiveSamplesOf(const OrientedCloud& cloud, const 
   std::vector<int> strides(static_cast<size_t>(cloud.points.cols()));  // 0: not active
   const auto stride_of = [&](int64_t i) {
     const double spacing = cloud.spacing[i];
-    if (!all && spacing > kSpacingPerCell * level.cell) return 0;
+    if (!all && spacing > kImplicitFunction.spacing_per_cell * level.cell) return 0;
     const double points_per_cell =
         4 / std::numbers::pi * level.cell * level.cell / (spacing * spacing);
     const int stride =
-        std::max(1, static_cast<int>(std::min(points_per_cell / kPointsPerCell, kMostStride)));
+        std::max(1, static_cast<int>(std::min(points_per_cell / kImplicitFunction.points_per_cell,
+                                              kImplicitFunction.most_stride)));
     return i % stride == 0 ? stride : 0;
   };
   RILIEVO_RETURN_IF_ERROR(
@@ -208,8 +192,9 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const ImplicitOptions& optio
 }  // namespace
 
 int64_t MostImplicitNodes(int64_t points) {
-  const int64_t first = std::min(points, kFewPoints);
-  return kNodesBeside + kNodesOfPoint * first + kNodesOfFurtherPoint * (points - first);
+  const int64_t first = std::min(points, kImplicitFunction.few_points);
+  return kImplicitFunction.nodes_beside + kImplicitFunction.nodes_of_point * first +
+         kImplicitFunction.nodes_of_further_point * (points - first);
 }
 
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
@@ -235,7 +220,8 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
     RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, options, context, &function));
     RILIEVO_ASSIGN_OR_RETURN(const int64_t changed,
                              FlipInconsistentNormals(cloud, plan, context, &function));
-    if (static_cast<double>(changed) >= kFewTurned * static_cast<double>(cloud.points.cols())) {
+    if (static_cast<double>(changed) >=
+        kImplicitFunction.few_turned * static_cast<double>(cloud.points.cols())) {
       RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, options, context, &function));
     }
     context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / plan.count);

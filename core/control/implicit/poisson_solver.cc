@@ -4,14 +4,9 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/implicit/poisson_operator.h"
+#include "core/control/implicit/settings.h"
 
 namespace rilievo {
-namespace {
-
-constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
-
-}  // namespace
-
 absl::Status SolvePoisson(ScreenedPoisson system, const RunContext& context,
                           std::vector<float>* values) {
   PoissonOperator matrix(system, context);
@@ -31,7 +26,8 @@ absl::Status SolvePoisson(ScreenedPoisson system, const RunContext& context,
       return sums;
     });
   };
-  const double goal = kRelativeResidual * kRelativeResidual * products([](int64_t) {})[0];
+  const double goal = kPoissonSolver.relative_residual * kPoissonSolver.relative_residual *
+                      products([](int64_t) {})[0];
   std::vector<float> direction(static_cast<size_t>(size) + 1, 0.0f), image(size);
   std::copy(x.begin(), x.end(), direction.begin());
   matrix.Apply(direction, &image);

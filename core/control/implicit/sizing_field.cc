@@ -10,30 +10,21 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/control/implicit/settings.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
-// What makes a point one of another sheet: an opposite normal, and more across than along.
-constexpr double kAcrossShare = 0.6;
-// Sheets that no neighbour lies on are looked for across a gap, by every fourth point.
-constexpr int kProbeStride = 4;
-// A sheet or a border that fewer of a point's neighbours see is chance.
-constexpr int kLeastWitnesses = 2;
-// Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
-// surface one point in 200 sees so much by chance.
-constexpr double kFreeAngle = 5 * std::numbers::pi / 6;
-constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
 // Distance across from point i to point j when j lies on an opposite sheet, else infinite.
 float Across(const OrientedCloud& cloud, int i, int j) {
   const Eigen::Vector3d normal = cloud.normals.col(i);
-  if (normal.dot(cloud.normals.col(j)) > -kSameSide) return kNone;
+  if (normal.dot(cloud.normals.col(j)) > -kCommon.same_side) return kNone;
   const Eigen::Vector3d chord = cloud.points.col(j) - cloud.points.col(i);
   const double across = std::abs(chord.dot(normal));
-  return across < kAcrossShare * chord.norm() ? kNone : static_cast<float>(across);
+  return across < kSizingField.across_share * chord.norm() ? kNone : static_cast<float>(across);
 }
 
 float SheetDistanceOf(const OrientedCloud& cloud, const NeighborGraph& graph,
@@ -43,8 +34,8 @@ float SheetDistanceOf(const OrientedCloud& cloud, const NeighborGraph& graph,
     if (across < kNone) return across;
   }
   float nearest = kNone;
-  if (i % kProbeStride != 0) return nearest;
-  for (const double side : {-kGapSpacings, kGapSpacings}) {
+  if (i % kSizingField.probe_stride != 0) return nearest;
+  for (const double side : {-kCommon.gap_spacings, kCommon.gap_spacings}) {
     const Eigen::Vector3d probe =
         cloud.points.col(i) + side * double{cloud.spacing[i]} * cloud.normals.col(i);
     int found = 0;
@@ -72,7 +63,7 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
       witnesses += own[j] < kNone;
       least = std::min(least, own[j]);
     }
-    agreed[i] = witnesses >= kLeastWitnesses ? least : kNone;
+    agreed[i] = witnesses >= kSizingField.least_witnesses ? least : kNone;
   }));
   return agreed;
 }
@@ -81,7 +72,7 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
 bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
   const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
-  std::array<double, kMostNeighbors> angles;
+  std::array<double, kNeighborGraph.most_neighbors> angles;
   int count = 0;
   for (const int j : graph.neighbors(i)) {
     const Eigen::Vector3d chord = cloud.points.col(j) - point;
@@ -90,7 +81,7 @@ bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   std::sort(angles.begin(), angles.begin() + count);
   for (int k = 0; k < count; ++k) {
     const double next = k + 1 == count ? angles[0] + 2 * std::numbers::pi : angles[k + 1];
-    if (next - angles[k] > kFreeAngle) return true;
+    if (next - angles[k] > kSizingField.free_angle) return true;
   }
   return false;
 }
@@ -108,7 +99,7 @@ absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(each([&](int i) {
     int witnesses = 0;
     for (const int j : graph.neighbors(i)) witnesses += one_sided[j];
-    border[i] = one_sided[i] != 0 && witnesses >= kLeastWitnesses;
+    border[i] = one_sided[i] != 0 && witnesses >= kSizingField.least_witnesses;
   }));
   return border;
 }
@@ -118,7 +109,7 @@ absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
 bool IsSmooth(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d normal = cloud.normals.col(i);
   for (const int j : graph.neighbors(i)) {
-    if (std::abs(normal.dot(cloud.normals.col(j))) < kSmoothCosine) return false;
+    if (std::abs(normal.dot(cloud.normals.col(j))) < kCommon.smooth_cosine) return false;
   }
   return true;
 }
@@ -140,7 +131,8 @@ absl::StatusOr<std::vector<float>> SizingField(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> sheet_distance,
                            SheetDistances(cloud, graph, index, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> border, BorderPoints(cloud, graph, context));
-  const double least_spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
+  const double least_spacing =
+      std::max(cloud.median_spacing, kSizingField.even_share * EvenSpacing(cloud));
   std::vector<float> cells(sheet_distance.size());
   for (size_t i = 0; i < cells.size(); ++i) {
     const double usual = options.cell_spacings * std::max<double>(least_spacing, cloud.spacing[i]);

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/base/parallel_for.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -14,7 +14,7 @@ constexpr int kSamplesPerTask = 256;
 
 }  // namespace
 
-double SampleSplats::Reach(double spacing) { return kDiscSpacings * spacing; }
+double SampleSplats::Reach(double spacing) { return kCommon.disc_spacings * spacing; }
 
 absl::Status SampleSplats::Take(size_t begin, size_t count, const RunContext& context) {
   begin_ = begin;

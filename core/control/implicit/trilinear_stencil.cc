@@ -4,17 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/control/implicit/settings.h"
+
 namespace rilievo {
-namespace {
-
-constexpr double kSmallestDisc = 0.7;  // cells; smaller discs are their centre
-
-}  // namespace
-
 void TangentDisc(const Eigen::Vector3d& normal, double radius, std::vector<Eigen::Vector3d>* disc) {
   std::vector<Eigen::Vector3d>& offsets = *disc;
   offsets.assign(1, Eigen::Vector3d::Zero());
-  if (radius < kSmallestDisc) return;
+  if (radius < kTrilinearStencil.smallest_disc) return;
   const Eigen::Vector3d u = normal.unitOrthogonal();
   const Eigen::Vector3d v = normal.cross(u);
   const int rings = static_cast<int>(std::ceil(radius - 0.25));

@@ -3,6 +3,8 @@
 #include <Eigen/SparseCholesky>
 #include <vector>
 
+#include "core/control/planar/settings.h"
+
 namespace rilievo {
 
 void HarmonicFill(const Eigen::Matrix3Xi& faces, const std::vector<uint8_t>& known,
@@ -22,9 +24,8 @@ void HarmonicFill(const Eigen::Matrix3Xi& faces, const std::vector<uint8_t>& kno
   const double mean = known_count > 0 ? sum / known_count : 0;
   // The least weight on the mean of all makes the matrix definite where nothing is known.
   std::vector<Eigen::Triplet<double>> entries;
-  constexpr double kHold = 1e-9;
-  Eigen::VectorXd right = Eigen::VectorXd::Constant(count, kHold * mean);
-  for (int i = 0; i < count; ++i) entries.emplace_back(i, i, kHold);
+  Eigen::VectorXd right = Eigen::VectorXd::Constant(count, kHarmonicFill.hold * mean);
+  for (int i = 0; i < count; ++i) entries.emplace_back(i, i, kHarmonicFill.hold);
   // Inner edges are met twice and boundary edges once: half the weight along the boundary.
   for (int f = 0; f < faces.cols(); ++f) {
     for (int k = 0; k < 3; ++k) {

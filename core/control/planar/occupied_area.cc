@@ -7,16 +7,13 @@
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/plane_frame.h"
-#include "core/points/belonging.h"
+#include "core/control/planar/settings.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kOwnDisc =
-    0.9;  // radius, in its own spacings, of what a point fills of the raster
-constexpr double kLargestRaster = 1000;  // cells along a side
 
 // Squared distances to the nearest source along one line, as the lower envelope of parabolas
 // (Felzenszwalb and Huttenlocher 2012). `value` in and out; `stride` between its samples.
@@ -78,7 +75,8 @@ absl::Status CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>
   return SerialFor(points.cols(), context, [&](int64_t i) {
     const Vector2d at = (points.col(i) - area->origin) / area->cell;
     const double radius =
-        std::min(kOwnDisc * spacing[i], kWidestSpacing * median_spacing) / area->cell;
+        std::min(kOccupiedArea.own_disc * spacing[i], kPlaneFrame.widest_spacing * median_spacing) /
+        area->cell;
     const int reach = static_cast<int>(std::ceil(radius));
     const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
     for (int r = std::max(0, row - reach); r <= std::min(area->rows - 1, row + reach); ++r) {
@@ -149,9 +147,10 @@ absl::StatusOr<OccupiedArea> FindOccupiedArea(const Eigen::Matrix2Xd& points,
                                               BoundaryRule boundary, const RunContext& context) {
   OccupiedArea area;
   const Vector2d low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
-  area.cell = std::max({median_spacing, (high - low).maxCoeff() / kLargestRaster, 1e-9});
-  const double closing = std::max(1.0, kGapSpacings * median_spacing / area.cell);  // cells
-  const double margin = closing + kWidestSpacing + 2;
+  area.cell =
+      std::max({median_spacing, (high - low).maxCoeff() / kOccupiedArea.largest_raster, 1e-9});
+  const double closing = std::max(1.0, kCommon.gap_spacings * median_spacing / area.cell);  // cells
+  const double margin = closing + kPlaneFrame.widest_spacing + 2;
   area.origin = low - Vector2d::Constant(margin * area.cell);
   const Vector2d size = (high - low) / area.cell;
   area.columns = static_cast<int>(size.x() + 2 * margin) + 1;

@@ -20,18 +20,16 @@
 #include "core/control/planar/occupied_area.h"
 #include "core/control/planar/plane_frame.h"
 #include "core/control/planar/plane_lattice.h"
+#include "core/control/planar/settings.h"
 #include "core/control/planar/sheet_test.h"
 #include "core/control/simplify/relax_mesh.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-// The smallest hole that is kept open holds this many control faces.
-constexpr double kHoleFaces = 2;
 
 // Points by square of the plane, for sums over a neighbourhood. Only squares with points take
 // memory.
@@ -90,7 +88,7 @@ bool LocalHeight(const OrientedCloud& cloud, const Eigen::Matrix3Xd& plane_point
     right += weight * plane_points(2, i) * row;
     ++count;
   });
-  if (count < kFewestWitnesses || !(gram(0, 0) > 0)) return false;
+  if (count < kCommon.fewest_witnesses || !(gram(0, 0) > 0)) return false;
   // Points on one side or one line must not tilt the plane at will.
   const double hold = 0.02 * gram(0, 0);
   const double mean = right[0] / gram(0, 0);
@@ -104,11 +102,11 @@ bool LocalHeight(const OrientedCloud& cloud, const Eigen::Matrix3Xd& plane_point
 absl::Status CheckServes(const OrientedCloud& cloud, const PlaneFrame& frame,
                          const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const HeightFieldCheck check, CheckHeightField(cloud, frame, context));
-  if (check.single_sheet >= kLeastSingleSheet) return absl::OkStatus();
+  if (check.single_sheet >= kSheetTest.least_single_sheet) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrFormat(
       "topology planar cannot serve: over %.0f %% of their plane the points lie on more than one "
       "sheet (at most %.0f %% can be borne); topology arbitrary would serve",
-      100 * (1 - check.single_sheet), 100 * (1 - kLeastSingleSheet)));
+      100 * (1 - check.single_sheet), 100 * (1 - kSheetTest.least_single_sheet)));
 }
 
 }  // namespace
@@ -120,13 +118,13 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, Bounda
   RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, frame, context));
   const Eigen::Matrix3Xd plane_points =
       frame.axes.transpose() * (cloud.points.colwise() - frame.origin);
-  const double disc = kGapSpacings * cloud.median_spacing;
+  const double disc = kCommon.gap_spacings * cloud.median_spacing;
   RILIEVO_ASSIGN_OR_RETURN(
       OccupiedArea area,
       FindOccupiedArea(plane_points.topRows<2>(), cloud.spacing, cloud.median_spacing,
                        std::numbers::pi * disc * disc, boundary, context));
   const double face_area = area.area() / std::max(target_faces, 4);
-  FillHoles(kHoleFaces * face_area, boundary, &area);
+  FillHoles(kPlanarControlMesh.hole_faces * face_area, boundary, &area);
   const double edge = std::sqrt(face_area * 4 / std::numbers::sqrt3);
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh, TriangulateArea(area, edge, context));
   if (mesh.faces.cols() == 0) {

@@ -13,8 +13,9 @@
 
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
+#include "core/control/planar/settings.h"
 #include "core/control/planar/sheet_test.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -22,14 +23,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kFacingCosine = 0.174;  // 80 degrees
-
 double FacingShare(const OrientedCloud& cloud, const Vector3d& direction) {
   double facing = 0, all = 0;
   for (int i = 0; i < cloud.points.cols(); ++i) {
     const double area = PointArea(cloud, i);
     all += area;
-    if (cloud.normals.col(i).dot(direction) > kFacingCosine) facing += area;
+    if (cloud.normals.col(i).dot(direction) > kPlaneFrame.facing_cosine) facing += area;
   }
   return all > 0 ? facing / all : 0;
 }
@@ -79,9 +78,6 @@ absl::StatusOr<CellHeights> HeightsByCell(const OrientedCloud& cloud, const Plan
   return by_cell;
 }
 
-// What a height field joins: a cell and the nearest within so many in its column and in its row.
-constexpr int kJoinedCells = 2;
-
 // The heights at which each cell breaks from those it would be joined to, or itself, as far as they
 // are more than `gap` for each cell between, summed. A wall is met from two cells: half of that.
 double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
@@ -91,7 +87,7 @@ double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
     heights.assign(by_cell.Of(cell).begin(), by_cell.Of(cell).end());
     int farthest = 1;
     for (const int64_t step : {kColumnStride, kRowStride}) {
-      for (int apart = 1; apart <= kJoinedCells; ++apart) {
+      for (int apart = 1; apart <= kPlaneFrame.joined_cells; ++apart) {
         const int64_t key = cell.key + apart * step;
         const auto beside =
             std::ranges::lower_bound(by_cell.cells, key, {}, &CellHeights::Cell::key);
@@ -111,7 +107,8 @@ double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
 }  // namespace
 
 double PointArea(const OrientedCloud& cloud, int i) {
-  const double spacing = std::min(double{cloud.spacing[i]}, kWidestSpacing * cloud.median_spacing);
+  const double spacing =
+      std::min(double{cloud.spacing[i]}, kPlaneFrame.widest_spacing * cloud.median_spacing);
   return std::numbers::pi / 4 * spacing * spacing;
 }
 
@@ -152,8 +149,8 @@ absl::StatusOr<HeightFieldCheck> CheckHeightField(const OrientedCloud& cloud,
                                                   const RunContext& context) {
   HeightFieldCheck check;
   check.facing = FacingShare(cloud, frame.axes.col(2));
-  const double width = std::max(kGapSpacings * cloud.median_spacing, 1e-4);
-  const double gap = kSheetGap * width;
+  const double width = std::max(kCommon.gap_spacings * cloud.median_spacing, 1e-4);
+  const double gap = kSheetTest.sheet_gap * width;
   RILIEVO_ASSIGN_OR_RETURN(const CellHeights by_cell, HeightsByCell(cloud, frame, width, context));
   if (by_cell.cells.empty()) return check;
   const auto cells = static_cast<double>(by_cell.cells.size());

@@ -9,9 +9,6 @@
 
 namespace rilievo {
 
-// Of the median spacing: a point that is farther from the others stands for no more area than this.
-inline constexpr double kWidestSpacing = 4;
-
 // Right-handed coordinates of a plane: (u, v) in it, height along its normal. Unit frame lengths.
 struct PlaneFrame {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/planar/settings.h"
 #include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/relax_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
@@ -23,11 +24,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using SlotFace = std::array<int64_t, 3>;
-
-constexpr int kSmallestIsland = 6;     // faces
-constexpr double kFarthestDraw = 0.6;  // edges a vertex moves to reach the border
-constexpr double kMinRoundness = 0.3;  // of a face whose vertex was drawn to the border
-constexpr int kLatticeRounds = 4;
 
 // Vertices in rows, every other one shifted by half an edge.
 struct Lattice {
@@ -126,7 +122,7 @@ ControlMesh WithoutIslands(const ControlMesh& mesh) {
   for (const auto face : split.faces.colwise()) ++size[islands.Find(face[0])];
   std::vector<uint8_t> keep;
   for (const auto face : split.faces.colwise()) {
-    keep.push_back(size[islands.Find(face[0])] >= kSmallestIsland ? 1 : 0);
+    keep.push_back(size[islands.Find(face[0])] >= kPlaneLattice.smallest_island ? 1 : 0);
   }
   return RowByRow(KeepFaces(split, keep).mesh);
 }
@@ -158,12 +154,13 @@ absl::Status DrawToBorder(const OccupiedArea& area, double edge, const RunContex
       target -= area.Depth(target) * slope.normalized();
     }
     Vector2d move = target - start;
-    if (move.norm() > kFarthestDraw * edge) move *= kFarthestDraw * edge / move.norm();
+    if (move.norm() > kPlaneLattice.farthest_draw * edge)
+      move *= kPlaneLattice.farthest_draw * edge / move.norm();
     for (int attempt = 0; attempt < 4; ++attempt, move *= 0.6) {
       mesh->vertices.col(v).head<2>() = start + move;
       bool fine = true;
       half_edges.ForEachOutgoing(
-          v, [&](int h) { fine &= SignedRoundness(*mesh, h / 3) > kMinRoundness; });
+          v, [&](int h) { fine &= SignedRoundness(*mesh, h / 3) > kPlaneLattice.min_roundness; });
       if (fine) break;
       mesh->vertices.col(v).head<2>() = start;
     }
@@ -182,11 +179,11 @@ absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edg
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   if (mesh.faces.cols() == 0) return mesh;
   RILIEVO_RETURN_IF_ERROR(DrawToBorder(area, edge, context, &mesh));
-  RelaxTangentially(&mesh, kLatticeRounds);
+  RelaxTangentially(&mesh, kPlaneLattice.lattice_rounds);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ImproveValence(&mesh);
   RILIEVO_RETURN_IF_ERROR(DrawToBorder(area, edge, context, &mesh));
-  RelaxTangentially(&mesh, kLatticeRounds);
+  RelaxTangentially(&mesh, kPlaneLattice.lattice_rounds);
   return mesh;
 }
 

@@ -5,12 +5,8 @@
 #include <cstddef>
 #include <span>
 
-namespace rilievo {
 
-// Cells between two sheets: over a plane, a slope of 68 degrees has none.
-inline constexpr double kSheetGap = 2.5;
-// Share of the cells that must hold one sheet, where a topology for such was asked for.
-inline constexpr double kLeastSingleSheet = 0.8;
+namespace rilievo {
 
 // The widest gap at which `sorted` (ascending) breaks into two groups, each of at least two values
 // and a tenth of all: a single stray point does not count. 0 for fewer than four values.

@@ -6,18 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/control/quads/settings.h"
+
 namespace rilievo {
 namespace {
-
-// A turn for the valences may leave its quads this square, or as square as they were.
-constexpr double kSquareEnough = 0.4;
-// A turn that leaves the valences as good as they were must make the worse quad this much squarer.
-constexpr double kSquarer = 1.25;
-// The cosine between the normals of two quads that share an edge which is turned.
-constexpr double kLeastCosine = 0.75;
-
-// The cosine between the normals of a quad that takes the place of two and of these.
-constexpr double kLeastCosineOfLeft = 0.5;
 
 using FourCorners = std::array<int, 4>;
 
@@ -25,9 +17,6 @@ FourCorners CornersFrom(const Polygon& polygon, int first) {
   const int i = polygon.SideFrom(first);
   return {polygon.At(i), polygon.At(i + 1), polygon.At(i + 2), polygon.At(i + 3)};
 }
-
-// Squared valences that a flat corner is worth.
-constexpr int kFlatCornerValence = 6;
 
 int FlatCorners(const PolygonSet& polygons, const FourCorners& quad, size_t first, size_t last) {
   int count = 0;
@@ -47,8 +36,8 @@ struct Turn {
   double squareness = 1;
   // Whether it is better than the quads that are there, whose worst is `was` square.
   bool Improves(double was) const {
-    if (change < 0) return squareness >= std::min(kSquareEnough, was);
-    return change == 0 && squareness > 0 && squareness >= kSquarer * was;
+    if (change < 0) return squareness >= std::min(kImproveQuads.square_enough, was);
+    return change == 0 && squareness > 0 && squareness >= kImproveQuads.squarer * was;
   }
 };
 
@@ -61,7 +50,7 @@ double LeastSquareness(const PolygonSet& polygons, const std::vector<FourCorners
 bool AreFlat(const PolygonSet& polygons, const std::vector<FourCorners>& quads) {
   for (size_t i = 0; i < quads.size(); ++i) {
     const FourCorners& next = quads[(i + 1) % quads.size()];
-    if (CosineBetween(polygons, quads[i], next) < kLeastCosine) return false;
+    if (CosineBetween(polygons, quads[i], next) < kImproveQuads.least_cosine) return false;
   }
   return true;
 }
@@ -97,7 +86,7 @@ bool TurnEdge(int a, int b, PolygonSet* polygons) {
     // The new edge makes the other corners whole.
     int flat = -was_flat;
     for (const FourCorners& quad : turn.quads) flat += FlatCorners(*polygons, quad, 1, 2);
-    turn.change = kFlatCornerValence * flat +
+    turn.change = kImproveQuads.flat_corner_valence * flat +
                   polygons->ValenceChange(std::array{a, b}, std::array{at(k), at(k + 3)});
     turn.squareness = LeastSquareness(*polygons, turn.quads);
     if (!turn.Improves(was) || !AreFlat(*polygons, turn.quads)) continue;
@@ -134,7 +123,7 @@ bool TurnVertex(int p, int v, PolygonSet* polygons) {
     flat +=
         FlatCorners(*polygons, turn.quads.back(), 2, 2) - FlatCorners(*polygons, before[i], 0, 3);
   }
-  turn.change = kFlatCornerValence * flat + polygons->ValenceChange(ends, opposite);
+  turn.change = kImproveQuads.flat_corner_valence * flat + polygons->ValenceChange(ends, opposite);
   turn.squareness = LeastSquareness(*polygons, turn.quads);
   const double was = LeastSquareness(*polygons, before);
   if (!turn.Improves(was) || !AreFlat(*polygons, turn.quads)) return false;
@@ -152,7 +141,7 @@ bool TakeOut(int p, int v, PolygonSet* polygons) {
   if (q == p || there[2] == here[2]) return false;
   const FourCorners left = {here[1], here[2], here[3], there[2]};
   for (const FourCorners& quad : {here, there}) {
-    if (CosineBetween(*polygons, quad, left) < kLeastCosineOfLeft) return false;
+    if (CosineBetween(*polygons, quad, left) < kImproveQuads.least_cosine_of_left) return false;
   }
   // It may bend inwards where one of the two does.
   const double was = LeastSquareness(*polygons, {here, there});

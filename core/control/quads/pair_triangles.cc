@@ -9,16 +9,10 @@
 #include <utility>
 
 #include "core/base/key_heap.h"
+#include "core/control/quads/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Of one squared valence beside the squareness of a quad, which is 1 at most.
-constexpr double kValenceWeight = 0.1;
-// Of a flat corner, in squared valences.
-constexpr double kFlatCorner = 4;
-// Steps across a smooth edge that crossing a crease, and ending at the boundary, are worth.
-constexpr double kCreaseSteps = 8, kBoundarySteps = 4;
 
 using Side = std::array<int, 2>;
 
@@ -38,14 +32,14 @@ std::optional<float> PairCost(const PolygonSet& polygons, const Side& side) {
     if (p < 0 || polygons[p].size != 3) return std::nullopt;
   }
   if (polygons.IsCrease(side[0], side[1])) return std::nullopt;
-  constexpr double kLeastSquareness = 0.1;
   const std::array<int, 4> quad = QuadAcross(polygons, side);
   const double squareness = SquarenessOf(polygons, quad);
-  if (squareness < kLeastSquareness) return std::nullopt;
+  if (squareness < kPairTriangles.least_squareness) return std::nullopt;
   double change = polygons.ValenceChange(side, {});
-  for (size_t i = 0; i < 4; ++i) change += IsFlatCorner(polygons, quad, i) ? kFlatCorner : 0;
+  for (size_t i = 0; i < 4; ++i)
+    change += IsFlatCorner(polygons, quad, i) ? kPairTriangles.flat_corner : 0;
   // A KeyHeap takes no key below 0.
-  return static_cast<float>(std::exp(kValenceWeight * change - squareness));
+  return static_cast<float>(std::exp(kPairTriangles.valence_weight * change - squareness));
 }
 
 int PartnersOf(const PolygonSet& polygons, int triangle) {
@@ -145,13 +139,14 @@ std::optional<std::vector<Side>> FindWay(const PolygonSet& polygons, int triangl
       if (blocked.contains(side)) continue;
       const int next = polygons.WithSide(side[1], side[0]);
       if (next < 0) {
-        if (end >= 0 && steps + kBoundarySteps >= end_steps) continue;
+        if (end >= 0 && steps + kPairTriangles.boundary_steps >= end_steps) continue;
         end = here;
-        end_steps = steps + kBoundarySteps;
+        end_steps = steps + kPairTriangles.boundary_steps;
         last = side;
         continue;
       }
-      const double there = steps + (polygons.IsCrease(side[0], side[1]) ? kCreaseSteps : 1.0);
+      const double there =
+          steps + (polygons.IsCrease(side[0], side[1]) ? kPairTriangles.crease_steps : 1.0);
       const auto [entry, is_new] = reached.try_emplace(next, Reached{there, here, side});
       if (!is_new) {
         if (entry->second.steps <= there) continue;
@@ -251,9 +246,8 @@ Stepped StepAcross(const Side& side, const Side* exit, PolygonSet* polygons) {
 
 // Until it is part of a quad.
 bool Walk(int triangle, PolygonSet* polygons) {
-  constexpr int kMostWays = 100;
   std::set<Side> blocked;
-  for (int tried = 0; tried < kMostWays; ++tried) {
+  for (int tried = 0; tried < kPairTriangles.most_ways; ++tried) {
     const std::optional<std::vector<Side>> way = FindWay(*polygons, triangle, blocked);
     if (!way) return false;
     for (size_t step = 0; step < way->size(); ++step) {

@@ -5,6 +5,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/control/quads/settings.h"
 #include "core/loop/crease_topology.h"
 
 namespace rilievo {
@@ -170,12 +171,11 @@ double SquarenessOf(const PolygonSet& polygons, const std::array<int, 4>& quad) 
 }
 
 bool IsFlatCorner(const PolygonSet& polygons, const std::array<int, 4>& quad, size_t corner) {
-  constexpr double kFlatCosine = -0.5;
   const int before = quad[(corner + 3) % 4], here = quad[corner], after = quad[(corner + 1) % 4];
   if (!polygons.IsSharpEdge(before, here) || !polygons.IsSharpEdge(here, after)) return false;
   const Eigen::Vector3d u = polygons.Point(before) - polygons.Point(here);
   const Eigen::Vector3d v = polygons.Point(after) - polygons.Point(here);
-  return u.dot(v) < kFlatCosine * u.norm() * v.norm();
+  return u.dot(v) < kPolygonSet.flat_cosine * u.norm() * v.norm();
 }
 
 double CosineBetween(const PolygonSet& polygons, std::span<const int> a, std::span<const int> b) {

@@ -4,14 +4,11 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/simplify/settings.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
-
-// A collapse that makes edges of length h costs h^6: an area h^2 times a squared distance h^4. So
-// this weight halves them, which makes four faces of one.
-constexpr float kWeight = 64;
 
 // The weights of the faces of `mesh`: those nearest to `points`, and a ring of faces around these,
 // count more.
@@ -29,7 +26,7 @@ absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector
   std::vector<float> weights(static_cast<size_t>(mesh.faces.cols()), 1.0f);
   for (size_t f = 0; f < weights.size(); ++f) {
     for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) {
-      if (touched[v] != 0) weights[f] = kWeight;
+      if (touched[v] != 0) weights[f] = kAdaptiveSimplify.weight;
     }
   }
   return weights;

@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/control/simplify/settings.h"
+
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Faces flatter than this have no normal to speak of: only their turn in all is checked.
-constexpr double kSliverRoundness = 0.02;
-// On squares, well above what rounding could hide.
-constexpr double kClearly = 1 + 1e-6;
 
 double SquaredEdges(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   return (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
@@ -33,7 +30,7 @@ bool KeepsFacesUpright(const Eigen::Matrix3Xd& vertices, const HalfEdgeMesh& mes
     const Vector3d b = vertices.col(mesh.To(h));
     const Vector3d c = vertices.col(mesh.From(HalfEdgeMesh::Previous(h)));
     const Vector3d before = (b - from).cross(c - from), after = (b - moved).cross(c - moved);
-    upright &= after.dot(before) > kLeastUpright * after.norm() * before.norm();
+    upright &= after.dot(before) > kCollapseGuards.least_upright * after.norm() * before.norm();
   });
   return upright;
 }
@@ -51,9 +48,10 @@ bool CollapseGuards::KeepShape(int a, int b, const Vector3d& position, double ro
 bool CollapseGuards::ClearlyKeepShape(int vertex, int other, const Vector3d& position,
                                       double roundness) const {
   const Vector3d& a = positions_[vertex];
-  const double least_turn = kClearly * least_turn_cosine_ * least_turn_cosine_;
-  constexpr double kLeastStep = kClearly * kLeastUpright * kLeastUpright;
-  const double least_roundness = kClearly * roundness * roundness;
+  const double least_turn = kCollapseGuards.clearly * least_turn_cosine_ * least_turn_cosine_;
+  constexpr double kLeastStep =
+      kCollapseGuards.clearly * kCollapseGuards.least_upright * kCollapseGuards.least_upright;
+  const double least_roundness = kCollapseGuards.clearly * roundness * roundness;
   bool clear = true;
   mesh_.ForEachOutgoing(vertex, [&](int h) {
     if (!clear) return;
@@ -87,8 +85,9 @@ void CollapseGuards::Inspect(int vertex, int other, const Vector3d& position, Wo
     const double length = cross.norm();
     const bool turned =
         !(cross.dot(reference_normals_[h / 3].cast<double>()) >= least_turn_cosine_ * length);
-    const bool jumped = old_roundness > kSliverRoundness &&
-                        cross.dot(old_cross) < kLeastUpright * length * old_cross.norm();
+    const bool jumped =
+        old_roundness > kCollapseGuards.sliver_roundness &&
+        cross.dot(old_cross) < kCollapseGuards.least_upright * length * old_cross.norm();
     if (turned || jumped) worst->upright = false;
   });
 }

@@ -12,9 +12,6 @@ namespace rilievo {
 double Roundness(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                  const Eigen::Vector3d& cross);
 
-// Least cosine between the normals of a face before and after one of its corners moves.
-inline constexpr double kLeastUpright = 0.3;
-
 // Whether no face around vertex `v` turns so far or farther as it moves to `moved`.
 bool KeepsFacesUpright(const Eigen::Matrix3Xd& vertices, const HalfEdgeMesh& mesh, int v,
                        const Eigen::Vector3d& moved);

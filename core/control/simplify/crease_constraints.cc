@@ -2,14 +2,13 @@
 
 #include <algorithm>
 
+#include "core/control/simplify/settings.h"
 #include "core/loop/crease_topology.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kLeastTurnCosine = 0.5;  // cos 60 degrees
 
 }  // namespace
 
@@ -72,14 +71,15 @@ bool CreaseConstraints::KeepTurns(const HalfEdgeMesh& mesh, const std::vector<Ve
   };
   const auto [before, p] = Next(mesh, a, edge);
   const auto [after, q] = Next(mesh, b, edge);
-  double sharpest = kLeastTurnCosine;  // that is there already
+  double sharpest = kCreaseConstraints.least_turn_cosine;  // that is there already
   if (p >= 0) sharpest = std::min(sharpest, cosine(positions[p], positions[a], positions[b]));
   if (q >= 0) sharpest = std::min(sharpest, cosine(positions[a], positions[b], positions[q]));
   if (p >= 0 && q >= 0 && cosine(positions[p], position, positions[q]) < sharpest) return false;
   const auto keeps = [&](int v, int through, const Vector3d& was) {
     const int beyond = v >= 0 ? Next(mesh, v, through).second : -1;
     if (beyond < 0) return true;
-    const double least = std::min(kLeastTurnCosine, cosine(was, positions[v], positions[beyond]));
+    const double least = std::min(kCreaseConstraints.least_turn_cosine,
+                                  cosine(was, positions[v], positions[beyond]));
     return cosine(position, positions[v], positions[beyond]) >= least;
   };
   return keeps(p, before, positions[a]) && keeps(q, after, positions[b]);

@@ -11,6 +11,7 @@
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/control/simplify/collapse_guards.h"
+#include "core/control/simplify/settings.h"
 #include "core/geometry/disjoint_sets.h"
 
 namespace rilievo {
@@ -19,32 +20,14 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr int kClosedFloor = 20;  // faces a closed component keeps
-constexpr int kOpenFloor = 8;     // faces an open component keeps
-constexpr int kLastGrade = 2;
-constexpr float kGradeCost = 4;
 constexpr int kCollapsesAtOnce = 4096;
 
-// A factor in [1, 1 + kJitter), always the same for an edge. Without it the flat parts of a regular
-// grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
-constexpr double kJitter = 0.5;
 double Jitter(int edge) {
   const uint32_t mixed = static_cast<uint32_t>(edge) * 2654435769U;  // Fibonacci hashing
-  return 1 + kJitter * static_cast<double>(mixed >> 8) / (1 << 24);
+  return 1 + kEdgeCollapser.jitter * static_cast<double>(mixed >> 8) / (1 << 24);
 }
 
 }  // namespace
-
-// What a collapse must leave behind. A collapse refused under one grade comes back at kGradeCost
-// times its cost under the next: a guard that is final would freeze regions full of slivers.
-struct EdgeCollapser::Guards {
-  double roundness;   // of the worst face around (1: equilateral), unless it was worse before
-  int valence_slack;  // added to SimplifyOptions::max_valence
-  int least_valence;  // of the two vertices opposite the edge
-};
-constexpr EdgeCollapser::Guards EdgeCollapser::kGrades[] = {
-    {0.5, -1, 4}, {0.25, 0, 4}, {0.05, 0, 3}};
-constexpr EdgeCollapser::Guards EdgeCollapser::kCoarseGuards = {0.01, 3, 3};
 
 EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, ControlMesh input, const SimplifyOptions& options,
                              const FacePlanes* planes, const RunContext& context)
@@ -169,8 +152,8 @@ Vector3d EdgeCollapser::Meeting(int a, int b, const Quadric& sum) const {
   return sum.Minimum((positions_[a] + positions_[b]) / 2);
 }
 
-const EdgeCollapser::Guards& EdgeCollapser::GuardsOf(int edge, const Front& front) const {
-  return front.coarse ? kCoarseGuards : kGrades[edges_[edge].grade];
+const CollapseGrade& EdgeCollapser::GradeOf(int edge, const Front& front) const {
+  return front.coarse ? kEdgeCollapser.coarse : kEdgeCollapser.grades[edges_[edge].grade];
 }
 
 void EdgeCollapser::Push(int edge, Front* front) {
@@ -269,9 +252,10 @@ absl::Status EdgeCollapser::Run(int64_t target_faces, const RunContext& context,
       Push(edge, front);
       continue;
     }
-    if (TryCollapse(edge, front) || front->coarse || first.grade == kLastGrade) continue;
+    if (TryCollapse(edge, front) || front->coarse || first.grade == kEdgeCollapser.last_grade)
+      continue;
     ++first.grade;
-    first.cost *= kGradeCost;
+    first.cost *= kEdgeCollapser.grade_cost;
     Push(edge, front);
   }
   return absl::OkStatus();
@@ -281,9 +265,10 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   const int h = mesh_.HalfOfEdge(edge);
   const int a = mesh_.From(h), b = mesh_.To(h);
   const int lost = mesh_.Twin(h) >= 0 ? 2 : 1;
-  const Guards& guards = GuardsOf(edge, *front);
+  const CollapseGrade& guards = GradeOf(edge, *front);
   const int component = component_[a];
-  const int floor = component_open_[component] != 0 ? kOpenFloor : kClosedFloor;
+  const int floor =
+      component_open_[component] != 0 ? kEdgeCollapser.open_floor : kEdgeCollapser.closed_floor;
   if (front->component_faces[component] - lost < floor) return false;
   if (mesh_.Valence(a) + mesh_.Valence(b) - 2 - lost >
       options_.max_valence + guards.valence_slack) {
@@ -301,7 +286,7 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   if (!fits(position)) {
     if (creases_.ConstraintOf(a) != creases_.ConstraintOf(b)) return false;
     // A knot of slivers has no good place for a vertex, but staying at one end harms nobody.
-    if (!front->coarse && edges_[edge].grade < kLastGrade) return false;
+    if (!front->coarse && edges_[edge].grade < kEdgeCollapser.last_grade) return false;
     position = positions_[a];
     if (!fits(position)) position = positions_[b];
     if (!fits(position)) return false;

@@ -47,7 +47,7 @@ class EdgeCollapser {
     float cost = 0;
     int evaluated = 0;  // the time of the cost
     bool queued = false;
-    uint8_t grade = 0;  // index into kGrades
+    uint8_t grade = 0;  // index into EdgeCollapserSettings::grades
   };
   struct Vertex {
     Quadric quadric;
@@ -67,10 +67,6 @@ class EdgeCollapser {
 
     bool Has(int vertex) const { return inner == nullptr || (*inner)[vertex] != 0; }
   };
-  struct Guards;
-
-  static const Guards kGrades[];
-  static const Guards kCoarseGuards;
 
   void FindComponents();
   // Returns twice the area, across, of the faces around each vertex.
@@ -83,7 +79,7 @@ class EdgeCollapser {
   absl::Status Run(int64_t target_faces, const RunContext& context, Front* front);
   void Push(int edge, Front* front);
   double CostOf(int edge) const;
-  const Guards& GuardsOf(int edge, const Front& front) const;
+  const CollapseGrade& GradeOf(int edge, const Front& front) const;
   // Where the two ends of an edge would meet, by the sum of their quadrics.
   Eigen::Vector3d Meeting(int a, int b, const Quadric& sum) const;
   bool TryCollapse(int edge, Front* front);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/control/simplify/collapse_guards.h"
+#include "core/control/simplify/settings.h"
 #include "core/control/simplify/simplify_mesh.h"
 
 namespace rilievo {
@@ -22,11 +23,6 @@ struct FlipTraits : public OpenMesh::DefaultTraits {
   FaceAttributes(OpenMesh::Attributes::None);
 };
 using FlipMesh = OpenMesh::TriMesh_ArrayKernelT<FlipTraits>;
-
-// A flip for the valence may leave its faces this round (1: equilateral), or as round as they were.
-constexpr double kMinRoundness = 0.5;
-// A flip that leaves the valences as good as they were must make the worse face this much rounder.
-constexpr double kRounder = 1.25;
 
 FlipMesh Build(const ControlMesh& mesh) {
   FlipMesh flip_mesh;
@@ -135,8 +131,9 @@ bool FlipOnce(const std::vector<Crease>& creases, FlipMesh* mesh, std::vector<in
     if (flip.IsOneOf(creases)) continue;
     const int change = flip.ValenceChange(*valence);
     if (change > 0 || !flip.KeepsValence(*valence)) continue;
-    const bool shape = change < 0 ? flip.KeepsShape(least_cosine, kMinRoundness, 1.0)
-                                  : flip.KeepsShape(least_cosine, 2.0, kRounder);
+    const bool shape = change < 0
+                           ? flip.KeepsShape(least_cosine, kImproveValence.min_roundness, 1.0)
+                           : flip.KeepsShape(least_cosine, 2.0, kImproveValence.rounder);
     if (!shape) continue;
     flip.Count(valence);
     mesh->flip(edge);

@@ -7,17 +7,13 @@
 #include "core/control/simplify/crease_constraints.h"
 #include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/quadric.h"
+#include "core/control/simplify/settings.h"
 #include "core/control/simplify/simplify_mesh.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Pull to the neighbours' mean against the planes of the faces: holds a 90 degree crease to a few
-// hundredths of an edge and lets flat parts move freely.
-constexpr double kPull = 0.01;
-constexpr int kShapeRounds = 2, kRelaxRounds = 3;
 
 Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
   const Vector3d origin = mesh.vertices.col(a);
@@ -69,7 +65,7 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
   });
   if (count == 0 || !(hold.area > 0)) return position;
   Quadric quadric = hold.planes;
-  quadric.AddPoint(mean / count, kPull * hold.area);
+  quadric.AddPoint(mean / count, kRelaxMesh.pull * hold.area);
   return quadric.Minimum(position);
 }
 
@@ -102,9 +98,9 @@ void RelaxTangentially(ControlMesh* mesh, int rounds) {
 }
 
 void ImproveShape(ControlMesh* mesh) {
-  for (int round = 0; round < kShapeRounds; ++round) {
+  for (int round = 0; round < kRelaxMesh.shape_rounds; ++round) {
     ImproveValence(mesh);
-    RelaxTangentially(mesh, kRelaxRounds);
+    RelaxTangentially(mesh, kRelaxMesh.relax_rounds);
   }
 }
 

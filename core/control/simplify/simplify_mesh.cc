@@ -7,18 +7,11 @@
 #include "core/base/status_macros.h"
 #include "core/control/simplify/edge_collapser.h"
 #include "core/control/simplify/half_edge_mesh.h"
+#include "core/control/simplify/settings.h"
 #include "core/control/simplify/vertex_blocks.h"
 
 namespace rilievo {
 namespace {
-
-// Far above the target, in multiples of it, the faces made will not last.
-constexpr double kCoarseUntil = 3;
-// A collapse is refused for what its neighbourhood was at the time: at each of these milestones, in
-// multiples of the target, all that are left are tried again.
-constexpr double kMilestones[] = {8.0, 4.0, 2.0, 1.4, 1.15, 1.03, 1.0, 1.0};
-// Vertices of a block. A tenth of them, at its rim, wait for the whole mesh's turn.
-constexpr int kBlockSize = 8192;
 
 // The share of its faces that the blocks leave of a mesh.
 double BlockShare(const ControlMesh& mesh, const SimplifyOptions& options) {
@@ -27,7 +20,7 @@ double BlockShare(const ControlMesh& mesh, const SimplifyOptions& options) {
 
 // Most of a large mesh goes block by block.
 bool GoesByBlocks(const ControlMesh& mesh, double share) {
-  return share < 0.5 && mesh.vertices.cols() > 2 * kBlockSize;
+  return share < 0.5 && mesh.vertices.cols() > 2 * kSimplifyMesh.block_size;
 }
 
 }  // namespace
@@ -45,7 +38,8 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
   const double share = BlockShare(mesh, options);
   std::optional<VertexBlocks> blocks;
   if (GoesByBlocks(mesh, share)) {
-    RILIEVO_ASSIGN_OR_RETURN(blocks, CutIntoBlocks(half_edges, mesh.vertices, kBlockSize, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        blocks, CutIntoBlocks(half_edges, mesh.vertices, kSimplifyMesh.block_size, context));
   }
   EdgeCollapser collapser(std::move(half_edges), std::move(mesh), options, planes, context);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -53,10 +47,11 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
     RILIEVO_RETURN_IF_ERROR(collapser.CollapseBlocks(*blocks, share, context));
     blocks.reset();
   }
-  for (const double milestone : kMilestones) {
+  for (const double milestone : kSimplifyMesh.milestones) {
     const auto faces = static_cast<int64_t>(milestone * options.target_faces);
     if (collapser.faces_left() <= faces) continue;
-    RILIEVO_RETURN_IF_ERROR(collapser.CollapseTo(faces, milestone >= kCoarseUntil, context));
+    RILIEVO_RETURN_IF_ERROR(
+        collapser.CollapseTo(faces, milestone >= kSimplifyMesh.coarse_until, context));
   }
   return collapser.Compact();
 }

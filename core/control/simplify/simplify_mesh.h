@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/control/simplify/settings.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
@@ -50,11 +51,9 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
                                          const RunContext& context,
                                          const FacePlanes* planes = nullptr);
 
-// Across edges that bend more than this a flip would change the shape.
-inline constexpr double kFlatDihedralDegrees = 40;
-
 // Edge flips towards valence 6 (4 on the boundary) where the shape allows: normals of the two faces
 // within `max_dihedral_degrees`, no fold, no doubled edge. Creases stay.
-void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees = kFlatDihedralDegrees);
+void ImproveValence(ControlMesh* mesh,
+                    double max_dihedral_degrees = kSimplifyMesh.flat_dihedral_degrees);
 
 }  // namespace rilievo

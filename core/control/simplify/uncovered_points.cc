@@ -8,25 +8,16 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/simplify/settings.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/loop/refinement.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// The surface is looked at in triangles of level 2, of level 1 where that has more than these, for
-// their tree takes memory: as the fit does with its samples.
-constexpr int64_t kMostTriangles = 120'000;
-constexpr int kInterpolationRounds = 3;
-// More points than this a control face find nothing new.
-constexpr int64_t kPointsPerFace = 32;
-// Noise carries single points that far with normals that are off too (1 to 4 of 100 000 points of
-// smooth scans); seldom so many of one face.
-constexpr int kFewestNoisy = 2;
 
 // A triangulated surface.
 struct Triangles {
@@ -40,10 +31,10 @@ struct Triangles {
 // The Loop surface whose limits at the control vertices are the vertices of `mesh`, nearly: a few
 // rounds of moving each control point by what its limit is off (Maekawa, Matsumoto, Namiki 2007).
 absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, const RunContext& context) {
-  const int level = 16 * mesh.faces.cols() <= kMostTriangles ? 2 : 1;
+  const int level = 16 * mesh.faces.cols() <= kUncoveredPoints.most_triangles ? 2 : 1;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   Eigen::Matrix3Xd points = mesh.vertices;
-  for (int round = 0; round < kInterpolationRounds; ++round) {
+  for (int round = 0; round < kUncoveredPoints.interpolation_rounds; ++round) {
     RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
                              EvaluateLimit(refinement, points, 0, context));
     points += mesh.vertices - limit.positions;
@@ -62,7 +53,7 @@ double BestCosine(const Triangles& surface, const ClosestPointTree& tree, const 
   const int count = tree.Nearest(point, hits);
   double best = -1;
   for (int k = 0; k < count; ++k) {
-    if (hits[k].squared_distance > (1 + kRounding) * hits[0].squared_distance) break;
+    if (hits[k].squared_distance > (1 + kCommon.rounding) * hits[0].squared_distance) break;
     best = std::max(best, surface.NormalOf(tree.source()[hits[k].item]).dot(normal));
   }
   return best;
@@ -92,7 +83,7 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
       ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.children_per_face));
-  const int64_t most = kPointsPerFace * control.faces.cols();
+  const int64_t most = kUncoveredPoints.points_per_face * control.faces.cols();
   const int64_t stride = (cloud.points.cols() + most - 1) / most;  // along a Morton curve
   constexpr int kNone = -1;                                        // in reach
   std::vector<int> face_of(static_cast<size_t>((cloud.points.cols() + stride - 1) / stride));
@@ -122,7 +113,8 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
     const int face = face_of[k];
     const int64_t point = static_cast<int64_t>(k) * stride;
     if (face == kNone) continue;
-    if (points_of[face] < kFewestNoisy && ReachOf(cloud, point, limits).of_noise) continue;
+    if (points_of[face] < kUncoveredPoints.fewest_noisy && ReachOf(cloud, point, limits).of_noise)
+      continue;
     lost.points.push_back(cloud.points.col(point));
     lost.faces += counted[face] == 0;
     counted[face] = 1;

@@ -13,8 +13,11 @@
 #include "core/control/control_options.h"
 #include "core/control/planar/harmonic_fill.h"
 #include "core/control/planar/plane_frame.h"
+#include "core/control/planar/settings.h"
 #include "core/control/planar/sheet_test.h"
+#include "core/control/settings.h"
 #include "core/control/spherical/octahedron.h"
+#include "core/control/spherical/settings.h"
 #include "core/control/spherical/star_shape.h"
 
 namespace rilievo {
@@ -22,31 +25,29 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLeastCoverage = 0.5;  // share of directions that must meet points
-
 absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center,
                          const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const StarCheck check, CheckStarShape(cloud, center, context));
-  if (check.single_sheet < kLeastSingleSheet) {
+  if (check.single_sheet < kSheetTest.least_single_sheet) {
     return absl::FailedPreconditionError(
         absl::StrFormat("topology spherical cannot serve: %.0f %% of the rays from the centre meet "
                         "the surface more "
                         "than once (at most %.0f %% can be borne); topology arbitrary would serve",
-                        100 * (1 - check.single_sheet), 100 * (1 - kLeastSingleSheet)));
+                        100 * (1 - check.single_sheet), 100 * (1 - kSheetTest.least_single_sheet)));
   }
-  if (check.coverage < kLeastCoverage) {
+  if (check.coverage < kSphericalControlMesh.least_coverage) {
     return absl::FailedPreconditionError(absl::StrFormat(
         "topology spherical cannot serve: rays from the centre meet points in %.0f %% of the "
         "directions (at least %.0f %% are needed); topology arbitrary would serve",
-        100 * check.coverage, 100 * kLeastCoverage));
+        100 * check.coverage, 100 * kSphericalControlMesh.least_coverage));
   }
   const double one_sided = std::max(check.outward, 1 - check.outward);
-  if (one_sided < kLeastSingleSheet) {
+  if (one_sided < kSheetTest.least_single_sheet) {
     return absl::FailedPreconditionError(
         absl::StrFormat("topology spherical cannot serve: %.0f %% of the surface turns its other "
                         "side to the centre (at most %.0f %% can be borne); topology arbitrary "
                         "would serve",
-                        100 * (1 - one_sided), 100 * (1 - kLeastSingleSheet)));
+                        100 * (1 - one_sided), 100 * (1 - kSheetTest.least_single_sheet)));
   }
   return absl::OkStatus();
 }
@@ -108,7 +109,8 @@ std::vector<Hit> CollectHits(const OrientedCloud& cloud, const Vector3d& center,
 }
 
 int LevelsFor(int target_faces) {
-  const double steps = std::log2(std::clamp(target_faces, 8, kMostControlFaces) / 8.0) / 2;
+  const double steps =
+      std::log2(std::clamp(target_faces, 8, kControlOptions.most_control_faces) / 8.0) / 2;
   return std::max(static_cast<int>(std::lround(steps)), 1);
 }
 

@@ -16,19 +16,15 @@
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
 #include "core/control/planar/plane_frame.h"
+#include "core/control/planar/settings.h"
 #include "core/control/planar/sheet_test.h"
 #include "core/control/spherical/octahedron.h"
+#include "core/control/spherical/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr int kCenterSamples = 4000;
-constexpr int kCenterSteps = 100;
-constexpr double kMargin = 0.3;        // wanted cosine between normal and ray
-constexpr double kRadialCosine = 0.6;  // 53 degrees
-constexpr double kPointsPerCell = 20;  // of a direction cell, on average
 
 }  // namespace
 
@@ -45,15 +41,15 @@ Vector3d FindStarCenter(const OrientedCloud& cloud) {
   center /= area_sum;
   // Each point whose normal leaves the ray by too much pulls the centre back along that normal.
   // Where no centre will do, the walk may leave the cloud: the best place of all is kept.
-  const int stride = std::max(1, count / kCenterSamples);
+  const int stride = std::max(1, count / kStarShape.center_samples);
   Vector3d best = center;
   double least_weight = area_sum;
-  for (int step = 0; step < kCenterSteps; ++step) {
+  for (int step = 0; step < kStarShape.center_steps; ++step) {
     Vector3d pull = Vector3d::Zero();
     double weight = 0;
     for (int i = 0; i < count; i += stride) {
       const Vector3d ray = cloud.points.col(i) - center;
-      const double short_by = kMargin * ray.norm() - cloud.normals.col(i).dot(ray);
+      const double short_by = kStarShape.margin * ray.norm() - cloud.normals.col(i).dot(ray);
       if (short_by <= 0) continue;
       const double area = PointArea(cloud, i);
       pull -= area * short_by * cloud.normals.col(i);
@@ -74,8 +70,9 @@ absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vecto
   StarCheck check;
   const int count = static_cast<int>(cloud.points.cols());
   const int levels = std::clamp(
-      static_cast<int>(std::floor(std::log2(std::max(1.0, count / (8 * kPointsPerCell))) / 2)), 1,
-      6);
+      static_cast<int>(
+          std::floor(std::log2(std::max(1.0, count / (8 * kStarShape.points_per_cell))) / 2)),
+      1, 6);
   const Octahedron grid(levels);
   std::vector<std::pair<int, double>> by_cell(static_cast<size_t>(count));  // cell, log radius
   std::atomic<int64_t> outward = 0, radial = 0;
@@ -87,7 +84,7 @@ absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vecto
       by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
       const double cosine = cloud.normals.col(i).dot(ray) / radius;
       outward_here += cosine > 0 ? 1 : 0;
-      radial_here += cosine > kRadialCosine ? 1 : 0;
+      radial_here += cosine > kStarShape.radial_cosine ? 1 : 0;
     }
     outward += outward_here;
     radial += radial_here;
@@ -103,7 +100,7 @@ absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vecto
     for (end = begin; end < by_cell.size() && by_cell[end].first == by_cell[begin].first;) ++end;
     const std::span<const double> cell(radii.data() + begin, end - begin);
     ++cells;
-    split += HasTwoSheets(cell, std::log1p(kSheetGap * width)) ? 1 : 0;
+    split += HasTwoSheets(cell, std::log1p(kSheetTest.sheet_gap * width)) ? 1 : 0;
   }
   check.coverage = static_cast<double>(cells) / static_cast<double>(grid.faces().cols());
   check.single_sheet = 1 - static_cast<double>(split) / static_cast<double>(cells);

@@ -13,6 +13,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/topology/grow_faces.h"
+#include "core/control/topology/settings.h"
 #include "core/geometry/connected_parts.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
@@ -22,12 +23,6 @@ namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Longer stretches are cut in two, at the middle of the first and what is nearest to it in the
-// middle half of the second, so that time stays linear.
-constexpr int kMostStitched = 64;
-// Two stretches go together unless one is so many times as long as the other, and a gap more.
-constexpr double kMostStretch = 3;
 
 // Where a vertex lies on the borders.
 struct RimPlace {
@@ -240,7 +235,8 @@ std::vector<Band> BandsOf(int loop, const FacingRims& rims, const Eigen::Matrix3
     const std::vector<int>& facing = rims.loops()[rims.place(band.second[0]).loop];
     if (StepsOfPartners(band.first, rims, static_cast<int>(facing.size())) != -steps) return true;
     const double first = LengthOf(band.first, vertices), second = LengthOf(band.second, vertices);
-    return second > kMostStretch * first + widest || first > kMostStretch * second + widest;
+    return second > kBridgeGaps.most_stretch * first + widest ||
+           first > kBridgeGaps.most_stretch * second + widest;
   });
   return bands;
 }
@@ -249,7 +245,7 @@ std::vector<Band> BandsOf(int loop, const FacingRims& rims, const Eigen::Matrix3
 // the other.
 void Stitch(std::vector<int> first, std::vector<int> second, const Eigen::Matrix3Xd& vertices,
             std::vector<std::array<int, 3>>* triangles) {
-  if (std::min(first.size(), second.size()) > kMostStitched) {
+  if (std::min(first.size(), second.size()) > kBridgeGaps.most_stitched) {
     const size_t middle = first.size() / 2;
     size_t opposite = second.size() / 2;
     double least = std::numeric_limits<double>::infinity();
@@ -268,7 +264,7 @@ void Stitch(std::vector<int> first, std::vector<int> second, const Eigen::Matrix
   const auto cost = [&](int a, int b, int c) {
     const Vector3d chord = vertices.col(b) - vertices.col(a);
     return chord.cross(vertices.col(c) - vertices.col(a)).norm() / 2 +
-           kShortChords * chord.squaredNorm();
+           kGrowFaces.short_chords * chord.squaredNorm();
   };
   // Least cost up to a chord from first[i] to second[j], and whether its last step is on `first`.
   std::vector<double> least(static_cast<size_t>(rows) * columns, 0);

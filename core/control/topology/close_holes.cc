@@ -12,6 +12,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/topology/grow_faces.h"
+#include "core/control/topology/settings.h"
 #include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
@@ -20,8 +21,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMostTurn = std::numbers::pi;
-// Edges of a rim for which the least area is searched for, in time with their cube.
-constexpr int kMostSearched = 1000;
 
 using FillTriangles = std::vector<std::array<int, 3>>;
 using Edges = std::set<std::pair<int, int>>;  // lower vertex first
@@ -102,7 +101,7 @@ class LeastArea {
       }
     }
     const Vector3d chord = vertices_.col(polygon_[last]) - vertices_.col(polygon_[first]);
-    area_[At(first, last)] = least + kShortChords * chord.squaredNorm();
+    area_[At(first, last)] = least + kGrowFaces.short_chords * chord.squaredNorm();
   }
 
   const Eigen::Matrix3Xd& vertices_;
@@ -139,7 +138,7 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     std::reverse(rim.begin(), rim.end());  // the new faces lie on its other side
     const size_t first = triangles.size();
-    if (rim.size() <= kMostSearched) {
+    if (rim.size() <= kCloseHoles.most_searched) {
       LeastArea(mesh.vertices, rim, edges).AddTo(&triangles);
     }
     if (triangles.size() == first) AddFan(rim, &mesh, &triangles);

@@ -7,6 +7,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/simplify/simplify_mesh.h"
+#include "core/control/topology/settings.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/geometry/vertex_ring.h"
@@ -19,9 +20,6 @@ using Eigen::Vector3d;
 
 // New edges are halved above this many times the length wanted: halves are nearer to it.
 constexpr double kLongEdge = std::numbers::sqrt2;
-constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
-constexpr int kMostHalvings = 30;       // each halves the longest edge of nearly every face
-constexpr int kFillShapeRounds = 6, kEvenRounds = 5;
 
 void AppendFaces(const std::vector<std::array<int, 3>>& triangles, ControlMesh* mesh) {
   const Eigen::Index before = mesh->faces.cols();
@@ -84,7 +82,7 @@ absl::Status EvenOut(int first_new, ControlMesh* mesh) {
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
   const VertexRings rings = BuildVertexRings(topology);
-  for (int round = 0; round < kEvenRounds; ++round) {
+  for (int round = 0; round < kGrowFaces.even_rounds; ++round) {
     for (int v = first_new; v < topology.vertex_count; ++v) {
       const std::span<const int> ring = RingOf(rings, v);
       if (topology.boundary_vertex[v] != 0) {
@@ -118,18 +116,19 @@ absl::StatusOr<ControlMesh> GrowFaces(ControlMesh mesh, int kept_vertices, const
   AppendFaces(grown.triangles, &mesh);
   SortTags(&mesh.creases, &mesh.corners);
   // Equilateral faces of that area come to the share of faces.
-  const double most_faces = kShareOfFaces * static_cast<double>(face_count);
+  const double most_faces = kGrowFaces.share_of_faces * static_cast<double>(face_count);
   const double wanted = std::max(rims / static_cast<double>(grown.rims.size()),
                                  std::sqrt(4 / std::numbers::sqrt3 * area / most_faces));
   // Beside a rim edge that is much longer than the others there is always one more to halve.
   const auto enough = mesh.faces.cols() + static_cast<Eigen::Index>(2 * most_faces);
   bool halved = true;
-  for (int round = 0; halved && round < kMostHalvings && mesh.faces.cols() < enough; ++round) {
+  for (int round = 0; halved && round < kGrowFaces.most_halvings && mesh.faces.cols() < enough;
+       ++round) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
     ImproveValence(&mesh);
   }
-  for (int round = 0; round < kFillShapeRounds; ++round) {
+  for (int round = 0; round < kGrowFaces.fill_shape_rounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(EvenOut(kept_vertices, &mesh));
     ImproveValence(&mesh);
   }

@@ -11,10 +11,6 @@
 
 namespace rilievo {
 
-// Squared lengths of chords count so much beside the area of triangles that is to be least: in a
-// plane all that fill the same hole have the same.
-inline constexpr double kShortChords = 0.01;
-
 struct GrownFaces {
   std::vector<std::array<int, 3>> triangles;  // over vertices of the mesh
   std::vector<std::pair<int, int>> rims;  // the edges where they join its faces, lower end first

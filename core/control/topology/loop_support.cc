@@ -4,26 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/points/belonging.h"
+#include "core/control/topology/settings.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
-namespace {
-
-constexpr double kSeenSpacings = 2;
-constexpr double kSeen = 0.5;     // share of the loop
-constexpr double kCovered = 0.7;  // share of the places within the loop
-
-}  // namespace
-
 bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
                              const Eigen::Matrix3Xd& normals) const {
   double points_around = 0, agreement = 0;
   for (size_t i = 0; i < loop.size(); ++i) {
     const int v = loop[i];
-    int found[kNearPoints];
-    double squared[kNearPoints];
-    const int count =
-        index_.Nearest(vertices.col(v), std::min(kNearPoints, index_.size()), found, squared);
+    int found[kCommon.near_points];
+    double squared[kCommon.near_points];
+    const int count = index_.Nearest(vertices.col(v), std::min(kCommon.near_points, index_.size()),
+                                     found, squared);
     double best = -1;
     for (int k = 0; k < count; ++k) {
       best = std::max(best, cloud_.normals.col(found[k]).dot(normals.col(v)));
@@ -32,8 +25,8 @@ bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& 
     points_around += (vertices.col(loop[(i + 1) % loop.size()]) - vertices.col(v)).norm() /
                      cloud_.spacing[found[0]];
   }
-  return points_around >= kFewestOfPlane &&
-         agreement >= kSmoothCosine * static_cast<double>(loop.size());
+  return points_around >= kCommon.fewest_of_plane &&
+         agreement >= kCommon.smooth_cosine * static_cast<double>(loop.size());
 }
 
 bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
@@ -56,16 +49,17 @@ bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
     return std::sqrt(squared) <= spacings * cloud_.spacing[found] ? found : -1;
   };
   const auto is_covered = [&](const Eigen::Vector3d& place) {
-    const int point = point_within(place, kDiscSpacings);
-    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kSameSide;
+    const int point = point_within(place, kCommon.disc_spacings);
+    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kCommon.same_side;
   };
   int covered = 0, seen = 0;
   for (const int v : loop) {
     covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
-    seen += point_within(vertices.col(v), kSeenSpacings) >= 0 ? 1 : 0;
+    seen += point_within(vertices.col(v), kLoopSupport.seen_spacings) >= 0 ? 1 : 0;
   }
   const auto size = static_cast<double>(loop.size());
-  return seen >= kSeen * size && !(is_covered(center) && covered >= kCovered * size);
+  return seen >= kLoopSupport.seen * size &&
+         !(is_covered(center) && covered >= kLoopSupport.covered * size);
 }
 
 }  // namespace rilievo

@@ -10,13 +10,12 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/control/topology/nonseparating_loop.h"
+#include "core/control/topology/settings.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 
 namespace rilievo {
 namespace {
-
-constexpr int kMaxSweeps = 16;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
 std::vector<int> Tighten(std::vector<int> loop, double radius, NonseparatingLoopFinder* finder) {
@@ -263,7 +262,7 @@ absl::StatusOr<int> CutHandles(const HandleLengths& lengths, const LoopSupport* 
                                const RunContext& context, Connected* connected) {
   int removed = 0;
   std::vector<uint8_t> search = WhereHandlesAre(*connected);
-  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kRemoveHandles.max_sweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     search.resize(connected->topology.vertex_count, 1);  // the caps
     RILIEVO_ASSIGN_OR_RETURN(

@@ -5,16 +5,12 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/topology/settings.h"
 #include "core/points/batched_nearest.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
-constexpr double kSupportAgreement = 0.4;
-// A point supports what lies within so many of its spacings or of its noise.
-constexpr double kSupportSpacings = 1.6, kSupportNoises = 4;
 
 // What the points around a place on the surface say of it.
 class SupportSum {
@@ -37,9 +33,8 @@ class SupportSum {
   // Whether all points lie to one side, farther off than points are from each other: beyond the
   // border of a scan.
   bool BeyondBorder(double spacing) const {
-    constexpr double kNearestSpacings = 0.9;
-    constexpr double kOneSided = 0.5;
-    return nearest_ > kNearestSpacings * spacing && sum_.norm() > kOneSided * count_ * farthest_;
+    return nearest_ > kSurfaceSupport.nearest_spacings * spacing &&
+           sum_.norm() > kSurfaceSupport.one_sided * count_ * farthest_;
   }
 
  private:
@@ -57,17 +52,17 @@ absl::StatusOr<SurfaceSupport> FindSupport(const Eigen::Matrix3Xd& places,
                                            const RunContext& context) {
   const int64_t count = places.cols();
   SurfaceSupport support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
-  const int n = std::min(kNearPoints, index.size());
+  const int n = std::min(kCommon.near_points, index.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     BatchedNearest nearby(index, cloud.points, n);
     const auto judge = [&](int64_t v, const int* found, const double* squared) {
       support.spacing[v] = cloud.spacing[found[0]];
       SupportSum sum(places.col(v), normals.col(v));
       for (int i = 0; i < n; ++i) {
-        const double reach = std::max(kSupportSpacings * cloud.spacing[found[i]],
-                                      kSupportNoises * cloud.noise[found[i]]);
+        const double reach = std::max(kSurfaceSupport.support_spacings * cloud.spacing[found[i]],
+                                      kSurfaceSupport.support_noises * cloud.noise[found[i]]);
         if (squared[i] <= reach * reach &&
-            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
+            cloud.normals.col(found[i]).dot(normals.col(v)) > kSurfaceSupport.support_agreement) {
           sum.Add(cloud.points.col(found[i]));
         }
       }

@@ -12,10 +12,6 @@
 
 namespace rilievo {
 
-// What has no support within the surface is a hole that stays filled where it is at most this wide,
-// in spacings of the points around; wider ones are openings of the scan.
-inline constexpr double kFilledHoleSpacings = 10;
-
 struct SurfaceSupport {
   std::vector<uint8_t> holds;  // per place
   std::vector<float> spacing;  // per place, of its nearest point

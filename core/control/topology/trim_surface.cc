@@ -9,6 +9,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
+#include "core/control/topology/settings.h"
 #include "core/control/topology/surface_support.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
@@ -16,10 +17,6 @@
 
 namespace rilievo {
 namespace {
-
-// What wrong normals leave between two sheets is a bubble a few spacings wide.
-constexpr double kFewestOfPiece = 25;
-constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
 
 // Where the border goes on from each vertex; -1 off it.
 std::vector<int> NextOnBorder(const ControlMesh& mesh) {
@@ -37,9 +34,9 @@ bool AllOf(const std::vector<uint8_t>& flags) {
   return std::find(flags.begin(), flags.end(), 0) == flags.end();
 }
 
-// Drops connected pieces whose supported area holds fewer points than kFewestOfPiece, a point on
-// each squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each
-// fan with a vertex of its own.
+// Drops connected pieces whose supported area holds fewer points than kTrimSurface.fewest_of_piece,
+// a point on each squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused,
+// and each fan with a vertex of its own.
 MeshSubset DropSmallPieces(ControlMesh mesh, const SurfaceSupport& support,
                            double share_of_spacing) {
   DisjointSets pieces = JoinedVertices(mesh.faces, static_cast<int>(mesh.vertices.cols()));
@@ -55,10 +52,9 @@ MeshSubset DropSmallPieces(ControlMesh mesh, const SurfaceSupport& support,
     const double spacing = support.spacing[corners[0]];
     points[pieces.Find(corners[0])] += b.cross(c).norm() / 2 / (spacing * spacing);
   }
-  constexpr double kLeastOfAll = 4;  // no scrap of fewer points is a surface, though the largest
   const double most = points.empty() ? 0 : *std::max_element(points.begin(), points.end());
-  const double fewest = kFewestOfPiece * share_of_spacing * share_of_spacing;
-  const double least = std::max(std::min(fewest, most), kLeastOfAll);
+  const double fewest = kTrimSurface.fewest_of_piece * share_of_spacing * share_of_spacing;
+  const double least = std::max(std::min(fewest, most), kTrimSurface.least_of_all);
   std::vector<uint8_t> keep(mesh.faces.cols());
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     keep[f] = points[pieces.Find(mesh.faces(0, f))] >= least;
@@ -103,7 +99,8 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface,
     if (support.holds[v] != 0) continue;
     const Hole& hole = holes[connected.Find(v)];
     const double spacing = hole.spacing / hole.vertices;
-    keep[v] = !hole.touches_border && hole.box.diagonal().norm() <= kFilledHoleSpacings * spacing;
+    keep[v] = !hole.touches_border &&
+              hole.box.diagonal().norm() <= kSurfaceSupport.filled_hole_spacings * spacing;
   }
   return keep;
 }
@@ -161,7 +158,7 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
     keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
   }
   if (AllOf(keep_face)) {
-    SmoothBorder(next_on_border, kBoundaryRounds, &pieces.mesh);
+    SmoothBorder(next_on_border, kTrimSurface.boundary_rounds, &pieces.mesh);
     return std::move(pieces.mesh);
   }
   MeshSubset cut = KeepFaces(pieces.mesh, keep_face);
@@ -170,7 +167,7 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   SurfaceSupport all = Inherit(left, cut.source_vertex);
   std::fill(all.holds.begin(), all.holds.end(), 1);
   ControlMesh trimmed = DropSmallPieces(std::move(cut.mesh), all, cloud.share_of_spacing).mesh;
-  SmoothBorder(NextOnBorder(trimmed), kBoundaryRounds, &trimmed);
+  SmoothBorder(NextOnBorder(trimmed), kTrimSurface.boundary_rounds, &trimmed);
   return trimmed;
 }
 

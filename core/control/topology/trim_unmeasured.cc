@@ -9,32 +9,25 @@
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
+#include "core/control/topology/settings.h"
 #include "core/control/topology/surface_support.h"
 #include "core/geometry/connected_parts.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
 
-// A control face is looked at as so many triangles as two subdivisions make of it, and is
-// unmeasured when this share of their corners has no support.
-constexpr int kLevel = 2;
-constexpr double kUnmeasuredShare = 0.75;
-// From the middle of a gap, in its width, to vertices of its rims: these are half of it away, and
-// an edge between two may be as long.
-constexpr double kReachOfGap = 0.75;
-
-// Counts up to kGapSpacings of the median: isolated points far from each other support no sheet
-// over the wide gaps between them.
+// Counts up to kCommon.gap_spacings of the median: isolated points far from each other support
+// no sheet over the wide gaps between them.
 double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
                  const PointIndex& index) {
   int nearest = 0;
   double squared = 0;
   index.Nearest(position, 1, &nearest, &squared);
-  return std::min(double{cloud.spacing[nearest]}, kGapSpacings * cloud.median_spacing);
+  return std::min(double{cloud.spacing[nearest]}, kCommon.gap_spacings * cloud.median_spacing);
 }
 
 // Connected faces that share a flag.
@@ -115,7 +108,7 @@ absl::StatusOr<bool> IsBridge(const ControlMesh& mesh, const MeshTopology& topol
                            ClosestPointTree::Build(places, {}, context));
   for (const int f : region.faces) {
     for (const int v : mesh.faces.col(f)) {
-      if (!tree.HasWithin(mesh.vertices.col(v), kReachOfGap * gap)) return false;
+      if (!tree.HasWithin(mesh.vertices.col(v), kTrimUnmeasured.reach_of_gap * gap)) return false;
     }
   }
   return true;
@@ -128,16 +121,17 @@ absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
                                                     const PointIndex& index,
                                                     const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
-                           RefineToVertices(mesh, kLevel, context));
-  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
-                           EvaluateLimit(refinement, mesh.vertices, kLevel, context));
+                           RefineToVertices(mesh, kTrimUnmeasured.level, context));
+  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit, EvaluateLimit(refinement, mesh.vertices,
+                                                                   kTrimUnmeasured.level, context));
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceSupport support,
                            FindSupport(limit.positions, limit.normals, cloud, index, context));
   std::vector<float> shares(mesh.faces.cols(), 0.0f);
   const Eigen::Matrix3Xi triangles = FinestFaces(refinement);
   for (int64_t f = 0; f < triangles.cols(); ++f) {
     for (const int v : triangles.col(f)) {
-      shares[f >> (2 * kLevel)] += support.holds[v] != 0 ? 0.0f : 1.0f / (3 << (2 * kLevel));
+      shares[f >> (2 * kTrimUnmeasured.level)] +=
+          support.holds[v] != 0 ? 0.0f : 1.0f / (3 << (2 * kTrimUnmeasured.level));
     }
   }
   return shares;
@@ -153,7 +147,7 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> measured(unmeasured.size()), bare(measured), keep(unmeasured.size(), 1);
   for (size_t f = 0; f < measured.size(); ++f) {
-    measured[f] = static_cast<double>(unmeasured[f]) < kUnmeasuredShare;
+    measured[f] = static_cast<double>(unmeasured[f]) < kTrimUnmeasured.unmeasured_share;
     bare[f] = measured[f] == 0;
   }
   std::vector<int> part;  // of measured faces
@@ -164,7 +158,7 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
   }
   for (const FaceRegion& region : RegionsOf(topology, bare)) {
     if (!region.touches_boundary &&
-        (WidthInSpacings(mesh, region, cloud, index) <= kFilledHoleSpacings ||
+        (WidthInSpacings(mesh, region, cloud, index) <= kSurfaceSupport.filled_hole_spacings ||
          RimLength(mesh, topology, region) < filled.rim)) {
       continue;
     }

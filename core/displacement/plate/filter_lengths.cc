@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/displacement/solve_settings.h"
-#include "core/points/belonging.h"
+#include "core/displacement/plate/settings.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -38,7 +38,8 @@ std::vector<float> LeverageOfDomain(const LoopRefinement& refinement, int level,
                                     std::vector<float> points) {
   std::vector<float> share = Restrict(refinement, level, 0, std::move(points));
   for (float& s : share) {
-    s = static_cast<float>(kSolve.freedom_of_vertex / std::max<double>(s, kFewestWitnesses));
+    s = static_cast<float>(kSolve.freedom_of_vertex /
+                           std::max<double>(s, kCommon.fewest_witnesses));
   }
   return Prolong(refinement, 0, level, std::move(share));
 }

@@ -9,7 +9,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
-#include "core/displacement/solve_settings.h"
+#include "core/displacement/plate/settings.h"
 
 namespace rilievo {
 namespace {

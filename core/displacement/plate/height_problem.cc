@@ -8,8 +8,8 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/feet/coarse_foot.h"
-#include "core/displacement/solve_settings.h"
-#include "core/points/belonging.h"
+#include "core/displacement/plate/settings.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -150,7 +150,8 @@ void HeightProblem::PreferNearPoints() {
 absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> residuals, Residuals(heights, context));
   for (size_t p = 0; p < residuals.size(); ++p) {
-    const double scale = kSolve.robust_residual * std::max(NoiseOf(p), kLittleNoise * SpacingOf(p));
+    const double scale =
+        kSolve.robust_residual * std::max(NoiseOf(p), kCommon.little_noise * SpacingOf(p));
     weights_[p] = static_cast<float>(RobustWeight(residuals[p], scale));
   }
   domain_weight_ = kSolve.domain_weight;

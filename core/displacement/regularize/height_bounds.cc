@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/displacement/regularize/settings.h"
+
 namespace rilievo {
-namespace {
-
-constexpr float kFoldMargin = 0.9f;
-
-}  // namespace
-
 HeightBounds BoundsOf(int vertex, const LevelRings& rings, const LimitSurface& limit,
                       double max_height) {
   // Rounded down, for the nearest float may lie above the double.
@@ -26,7 +22,9 @@ HeightBounds BoundsOf(int vertex, const LevelRings& rings, const LimitSurface& l
     least = std::min(least, curvature);
   }
   const auto within = [&](float curvature) {
-    return curvature * most_height > kFoldMargin ? kFoldMargin / curvature : most_height;
+    return curvature * most_height > kHeightBounds.fold_margin
+               ? kHeightBounds.fold_margin / curvature
+               : most_height;
   };
   return {-within(most), within(-least)};
 }

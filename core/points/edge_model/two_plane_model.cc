@@ -7,53 +7,31 @@
 #include <cmath>
 #include <utility>
 
-#include "core/points/belonging.h"
+#include "core/points/edge_model/settings.h"
 #include "core/points/height_field.h"
 #include "core/points/neighborhood_size.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 384;
-constexpr int kLeastSidePoints = 8;
-constexpr int kBowRounds = 2;
-// Least cosine of a point's normal and the nearer of the faces'.
-constexpr double kNearerFace = 0.2;
-// Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
-constexpr double kOwnSides = 0.5;
 constexpr int kNeither = 2;  // of no side
-// Of the angle between two sides.
-constexpr double kLeastSine = 0.05;
-// Least ratio of the widths of a side's points, squared: below it they lie on a line.
-constexpr double kLeastWidth = 0.03;
-
-// Points by the edge lie no farther than a spacing and their noise off either side; the noise
-// counts as this many spacings at least.
-constexpr double kLeastNoiseByEdge = 0.1;
-
-// Evidence beyond doubt: no other neighbourhood is asked.
-constexpr double kEnough = 40;
-
-// Most of the points around that may belong to another sheet.
-constexpr double kMostOfOthers = 0.1;
-// Most cosine of such a point's normal and that of a side that it faces.
-constexpr double kFacing = -0.5;
 
 struct Neighborhood {
   int count = 0;
   double reach = 0;  // farthest of the points found from the middle
-  std::array<Vector3d, kMostPoints> at, normal;
-  std::array<double, kMostPoints> bow;  // half the squared way along the edge
-  std::array<int, kMostPoints> side;
+  std::array<Vector3d, kTwoPlaneModel.most_points> at, normal;
+  std::array<double, kTwoPlaneModel.most_points> bow;  // half the squared way along the edge
+  std::array<int, kTwoPlaneModel.most_points> side;
 };
 
 // The points nearest to the middle of an edge, nearest first.
 struct Found {
   int count = 0;
-  std::array<int, kMostPoints> points;
-  std::array<double, kMostPoints> squared;
+  std::array<int, kTwoPlaneModel.most_points> points;
+  std::array<double, kTwoPlaneModel.most_points> squared;
 };
 
 // Of the first `count` points found.
@@ -66,9 +44,9 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
-    if (more < kNearerFace) {
+    if (more < kTwoPlaneModel.nearer_face) {
       // The third side of a corner turns away from both, another sheet faces one of them.
-      others += less < kFacing;
+      others += less < kTwoPlaneModel.facing;
       continue;
     }
     const Vector3d at = cloud.points.col(found.points[i]) - place.middle;
@@ -80,7 +58,7 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     ++around.count;
   }
   // Across a thin wall there is another crease, whose points would mix with this one's.
-  if (others > kMostOfOthers * count) around.count = 0;
+  if (others > kTwoPlaneModel.most_of_others * count) around.count = 0;
   return around;
 }
 
@@ -116,7 +94,7 @@ struct SideSums {
 // The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
 bool FitSide(const SideSums& sums, HingePlane* plane) {
   const int count = sums.count;
-  if (count < kLeastSidePoints) return false;
+  if (count < kTwoPlaneModel.least_side_points) return false;
   const Vector3d mean = sums.at / count;
   const double mean_bow = sums.bow / count;
   const Eigen::Matrix3d squares = sums.Squares() - count * mean * mean.transpose();
@@ -129,10 +107,11 @@ bool FitSide(const SideSums& sums, HingePlane* plane) {
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(squares - crossed - crossed.transpose() +
                          bow_squares * lift * lift.transpose());
-    if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
+    if (!(solver.eigenvalues()[1] > kTwoPlaneModel.least_width * solver.eigenvalues()[2]))
+      return false;
     plane->normal = solver.eigenvectors().col(0);
     if (plane->normal.dot(sums.outward) < 0) plane->normal = -plane->normal;
-    if (round == kBowRounds) break;
+    if (round == kTwoPlaneModel.bow_rounds) break;
     if (bow_squares > 0) plane->curvature = plane->normal.dot(bow_way) / bow_squares;
   }
   plane->offset = plane->normal.dot(mean) - plane->curvature * mean_bow;
@@ -153,14 +132,14 @@ double Off(const HingePlane& side, const Neighborhood& around, int i) {
 
 // To the nearer plane, which finds the sides from a poor guess.
 bool Part(Neighborhood* around, std::array<HingePlane, 2>* sides) {
-  for (int round = 0; round < kSideRounds; ++round) {
+  for (int round = 0; round < kCommon.side_rounds; ++round) {
     if (!FitSides(*around, sides)) return false;
     bool changed = false;
     for (int i = 0; i < around->count; ++i) {
       const auto distance = [&](int k) { return std::abs(Off((*sides)[k], *around, i)); };
       const auto agreement = [&](int k) { return (*sides)[k].normal.dot(around->normal[i]); };
       int side = distance(0) <= distance(1) ? 0 : 1;
-      if (std::max(agreement(0), agreement(1)) < kOwnSides) side = kNeither;
+      if (std::max(agreement(0), agreement(1)) < kTwoPlaneModel.own_sides) side = kNeither;
       changed |= around->side[i] != side;
       around->side[i] = side;
     }
@@ -192,7 +171,7 @@ SolidSquares PlaneSquares(const Neighborhood& around, const std::array<HingePlan
 // carries the mean outward.
 double Bluntness(const Neighborhood& around, const std::array<HingePlane, 2>& sides, bool convex,
                  double spacing, double noise) {
-  noise = std::max(noise, kLeastNoiseByEdge * spacing);
+  noise = std::max(noise, kTwoPlaneModel.least_noise_by_edge * spacing);
   double inside = 0;
   int count = 0;
   for (int i = 0; i < around.count; ++i) {
@@ -235,24 +214,23 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   fit.middle = place.middle;
   fit.along = place.along;
   Neighborhood around = Gather(cloud, found, count, place);
-  if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
+  if (around.count < 2 * kTwoPlaneModel.least_side_points || !Part(&around, &fit.sides))
+    return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   const Vector3d axis = a + b;
-  if (!(a.cross(b).norm() > kLeastSine) || !(axis.norm() > 0.1)) return std::nullopt;
+  if (!(a.cross(b).norm() > kTwoPlaneModel.least_sine) || !(axis.norm() > 0.1)) return std::nullopt;
   // Heights over the mean plane shrink the quadric's residuals by what its slope is; both are
   // measured across the planes.
   const double tilt = axis.norm() / 2;
   const double quadric = QuadricSquares(around, axis.normalized()) * tilt * tilt;
-  // What planes leave of a clean scan's curved sides, in spacings.
-  constexpr double kLeastScatter = 0.05;
-  const double least = kLeastScatter * fit.spacing;
+  const double least = kTwoPlaneModel.least_scatter * fit.spacing;
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;
   const SolidSquares solid = PlaneSquares(around, fit.sides);
   const double planes = solid.best();
   // Two unknowns more than the quadric has (Schwarz 1978).
-  const double roughness = kNoisesOffSides * cloud.noise[nearest] + least;
+  const double roughness = kCommon.noises_off_sides * cloud.noise[nearest] + least;
   if (planes > used * roughness * roughness) return std::nullopt;
   fit.log_likelihood_ratio =
       used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
@@ -288,9 +266,10 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   index.Nearest(place.middle, 1, found.points.data(), found.squared.data());
   const int nearest = found.points[0];
   const double noise = cloud.noise[nearest], spacing = cloud.spacing[nearest];
-  const int wanted = NeighborhoodSize(kPointsByEdge, kMostPoints / 2, noise, spacing);
+  const int wanted =
+      NeighborhoodSize(kCommon.points_by_edge, kTwoPlaneModel.most_points / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
-  const int other = noise > kLittleNoise * spacing ? 2 * wanted : wanted / 2;
+  const int other = noise > kCommon.little_noise * spacing ? 2 * wanted : wanted / 2;
   // One search serves both, for the first neighbourhood seldom says enough.
   found.count = index.Nearest(place.middle, std::max(wanted, other), found.points.data(),
                               found.squared.data());
@@ -298,7 +277,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   for (const int asked : {wanted, other}) {
     auto fit = FitAmong(cloud, found, std::min(asked, found.count), place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
-    if (best && best->log_likelihood_ratio > kEnough) break;
+    if (best && best->log_likelihood_ratio > kTwoPlaneModel.enough) break;
   }
   return best;
 }

@@ -14,19 +14,10 @@
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/morton_order.h"
+#include "core/scan/clean/settings.h"
 
 namespace rilievo {
 namespace {
-
-// The robust box spans these quantiles of each axis ...
-constexpr double kStrayQuantile = 0.02;
-// ... and a point this many of its diagonals away from its centre is a stray. Rooms seen through a
-// window, a street behind a facade or a few stations of a survey stay well below; a point at 1e9
-// beside a unit sphere would leave the sphere a single cell of every grid of a later stage.
-constexpr double kStrayFactor = 50.0;
-// Standard deviations below this share of the diagonal count as no extent: about ten times what
-// rounding the coordinates to float32 leaves of a line or a plane.
-constexpr double kFlatRatio = 1e-6;
 
 struct Columns {
   std::vector<int> kept;
@@ -178,10 +169,10 @@ std::string DropCounts(const CheckedScan& scan) {
 }
 
 absl::Status CheckCount(const CheckedScan& scan, int64_t count) {
-  if (count >= kMinScanPoints) return absl::OkStatus();
+  if (count >= kCheckScan.min_scan_points) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("points: ", count, " distinct finite points ",
-                                                 DropCounts(scan), ", at least ", kMinScanPoints,
-                                                 " are needed"));
+                                                 DropCounts(scan), ", at least ",
+                                                 kCheckScan.min_scan_points, " are needed"));
 }
 
 }  // namespace
@@ -197,8 +188,8 @@ absl::StatusOr<Eigen::AlignedBox3d> StrayLimit(const Eigen::Ref<const Eigen::Mat
                                                const std::vector<int>& columns,
                                                const RunContext& context) {
   const size_t count = columns.size();
-  const size_t trim =
-      std::max<size_t>(1, static_cast<size_t>(kStrayQuantile * static_cast<double>(count)));
+  const size_t trim = std::max<size_t>(
+      1, static_cast<size_t>(kCheckScan.stray_quantile * static_cast<double>(count)));
   Eigen::Vector3d low, high;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(3, 1, context, [&](int64_t first, int64_t last) {
     std::vector<double> values(count);
@@ -211,7 +202,7 @@ absl::StatusOr<Eigen::AlignedBox3d> StrayLimit(const Eigen::Ref<const Eigen::Mat
     }
   }));
   const Eigen::Vector3d center = low / 2 + high / 2;
-  double reach = kStrayFactor * (high - low).stableNorm();
+  double reach = kCheckScan.stray_factor * (high - low).stableNorm();
   // Nearly all points are one: there is no extent to measure by.
   if (!(reach > 0)) reach = std::numeric_limits<double>::infinity();
   return Eigen::AlignedBox3d(2 * (center.array() - reach), 2 * (center.array() + reach));
@@ -258,12 +249,12 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
     station = result.frame.UnitFromScan(station);
   }
   const Eigen::Vector3d deviations = PrincipalDeviations(result.points);
-  if (deviations[1] < kFlatRatio) {
+  if (deviations[1] < kCheckScan.flat_ratio) {
     return absl::InvalidArgumentError(
         absl::StrCat("points: all ", count, " distinct finite points ", DropCounts(result),
                      " are collinear; a surface needs points that span at least a plane"));
   }
-  result.planar = deviations[0] < kFlatRatio;
+  result.planar = deviations[0] < kCheckScan.flat_ratio;
   context.Report(Stage::kCheck, 1);
   return result;
 }

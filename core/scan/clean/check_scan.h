@@ -10,11 +10,9 @@
 #include "core/base/run_context.h"
 #include "core/geometry/point_cloud.h"
 #include "core/geometry/spatial_frame.h"
+#include "core/scan/clean/settings.h"
 
 namespace rilievo {
-
-// Fewest distinct finite points that are taken for a surface.
-inline constexpr int kMinScanPoints = 20;
 
 struct CheckOptions {
   // Points closer than this to an earlier one are duplicates; fraction of the diagonal. [0, 0.01].
@@ -40,9 +38,9 @@ struct CheckedScan {
   bool planar = false;     // all points in one plane
 };
 
-// INVALID_ARGUMENT, with the count and what is needed, when fewer than kMinScanPoints distinct
-// finite points remain, when all are identical or collinear, or when they are too far out for the
-// frame of a surface (kMostFrameLength), or when the sights are not those of the points
+// INVALID_ARGUMENT, with the count and what is needed, when fewer than kCheckScan.min_scan_points
+// distinct finite points remain, when all are identical or collinear, or when they are too far out
+// for the frame of a surface (kMostFrameLength), or when the sights are not those of the points
 // (CheckSights). The bounding box (so the frame) is robust: a handful of points that are extremely
 // far from all others do not set it.
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,

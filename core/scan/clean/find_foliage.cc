@@ -9,32 +9,18 @@
 #include "core/base/quantile.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/points/settings.h"
+#include "core/scan/clean/settings.h"
 #include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
 namespace {
 
-// Of the distances to the neighbours along the normals. As many are of a point's own sheet.
-constexpr double kOwnSheet = 0.4;
-// How far off foliage is: in spacings, and in the scan's median, of lengths and of spacings.
-constexpr float kOffSpacing = 0.2F, kOffMedian = 2.5F;
-// Points whose neighbourhoods of so many rings hold more such points belong to it.
-constexpr int kRings = 2;
-constexpr float kMostOff = 1.0F / 3;
-// A neighbourhood is a volume where its deviation across its plane is more than this share of the
-// deviation along it. Rods look like one over few rings, but not over many; so does noise up to
-// most of a spacing. Leaves are a volume over both.
-constexpr double kVolume = 0.35;
-constexpr int kVolumeRings = 8;
-// Components with fewer points that lie deep in volumes, as all their neighbours do, are details:
-// the foot of a thin wall is a volume too, but a narrow one.
-constexpr int kFewestLeaves = 100;
-
 // How far a point is from its neighbours, along the normals halfway between theirs and its own, so
 // that curvature counts for nothing.
 float OffNeighbors(const OrientedCloud& cloud, const NeighborGraph& graph, int point) {
-  float distances[kMostNeighbors];
+  float distances[kNeighborGraph.most_neighbors];
   int count = 0;
   const Eigen::Vector3d own = cloud.normals.col(point);
   for (const int j : graph.neighbors(point)) {
@@ -43,7 +29,7 @@ float OffNeighbors(const OrientedCloud& cloud, const NeighborGraph& graph, int p
     const double distance = halfway.normalized().dot(cloud.points.col(point) - cloud.points.col(j));
     distances[count++] = static_cast<float>(std::abs(distance));
   }
-  float* const chosen = distances + static_cast<int>(kOwnSheet * count);
+  float* const chosen = distances + static_cast<int>(kFindFoliage.own_sheet * count);
   std::nth_element(distances, chosen, distances + count);
   return *chosen;
 }
@@ -56,22 +42,24 @@ absl::StatusOr<std::vector<float>> FarOff(const OrientedCloud& cloud, const Neig
     off[i] = OffNeighbors(cloud, graph, static_cast<int>(i));
     in_spacings[i] = off[i] / cloud.spacing[i];
   }));
-  const float least = kOffMedian * Median(off);
-  const float least_spacings = std::max(kOffSpacing, kOffMedian * Median(in_spacings));
+  const float least = kFindFoliage.off_median * Median(off);
+  const float least_spacings =
+      std::max(kFindFoliage.off_spacing, kFindFoliage.off_median * Median(in_spacings));
   for (size_t i = 0; i < off.size(); ++i) {
     off[i] = off[i] > least && in_spacings[i] > least_spacings ? 1 : 0;
   }
   return off;
 }
 
-// Per point, kVolumeRings less the rings from the nearest marked point; 0 where it is farther off.
+// Per point, kFindFoliage.volume_rings less the rings from the nearest marked point; 0 where it is
+// farther off.
 std::vector<uint8_t> RingsAround(const NeighborGraph& graph, const std::vector<uint8_t>& marked) {
   std::vector<uint8_t> rings(marked.size(), 0);
   std::vector<int> front, next;
   for (int i = 0; i < graph.size(); ++i) {
     if (marked[i]) front.push_back(i);
   }
-  for (int ring = kVolumeRings; ring > 0; --ring, front.swap(next)) {
+  for (int ring = kFindFoliage.volume_rings; ring > 0; --ring, front.swap(next)) {
     next.clear();
     for (const int i : front) {
       if (rings[i] >= ring) continue;
@@ -97,7 +85,7 @@ PatchMoments Widened(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
 
 bool IsVolume(const PatchMoments& patch) {
   const PatchPlane plane = FitPlane(patch);
-  return plane.thickness > kVolume * kVolume * plane.spread;
+  return plane.thickness > kFindFoliage.volume * kFindFoliage.volume * plane.spread;
 }
 
 // Which of the marked points lie in a volume of points, both near and far around them.
@@ -108,11 +96,12 @@ absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
   std::vector<uint8_t> in_volume = marked;
   const std::vector<uint8_t> rings = RingsAround(graph, marked);
   std::vector<PatchMoments> patches(marked.size()), wider(marked.size());
-  for (int ring = 1; ring <= kVolumeRings; ++ring) {
+  for (int ring = 1; ring <= kFindFoliage.volume_rings; ++ring) {
     RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
       if (rings[i] < ring) return;
       wider[i] = Widened(cloud.points, graph, patches, i);
-      if (!in_volume[i] || (ring != kRings && ring != kVolumeRings)) return;
+      if (!in_volume[i] || (ring != kFindFoliage.rings && ring != kFindFoliage.volume_rings))
+        return;
       in_volume[i] = IsVolume(wider[i]);
     }));
     patches.swap(wider);
@@ -139,7 +128,7 @@ absl::Status RemoveDetails(const NeighborGraph& graph, const std::vector<uint8_t
     leaves[sets.Find(i)] += deep ? 1 : 0;
   }
   for (int i = 0; i < graph.size(); ++i) {
-    if (leaves[sets.Find(i)] < kFewestLeaves) (*foliage)[i] = 0;
+    if (leaves[sets.Find(i)] < kFindFoliage.fewest_leaves) (*foliage)[i] = 0;
   }
   return absl::OkStatus();
 }
@@ -150,7 +139,7 @@ absl::StatusOr<bool> MayHoldFoliage(const Eigen::Matrix3Xd& points, const Neighb
                                     const RunContext& context) {
   if (IsLeftOut(Mechanism::kFoliage)) return false;
   std::vector<PatchMoments> patches(static_cast<size_t>(graph.size())), wider(patches.size());
-  for (int ring = 0; ring < kRings; ++ring) {
+  for (int ring = 0; ring < kFindFoliage.rings; ++ring) {
     RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
       wider[i] = Widened(points, graph, patches, i);
     }));
@@ -160,7 +149,7 @@ absl::StatusOr<bool> MayHoldFoliage(const Eigen::Matrix3Xd& points, const Neighb
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kSearchBlock, context, [&](int64_t i) {
     if (IsVolume(patches[i])) ++in_volume;
   }));
-  return in_volume >= kFewestLeaves;
+  return in_volume >= kFindFoliage.fewest_leaves;
 }
 
 absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
@@ -169,7 +158,7 @@ absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
   const int64_t count = graph.size();
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> share, FarOff(cloud, graph, context));
   std::vector<float> around(share.size());
-  for (int ring = 0; ring < kRings; ++ring) {
+  for (int ring = 0; ring < kFindFoliage.rings; ++ring) {
     RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
       float sum = share[i];
       for (const int j : graph.neighbors(static_cast<int>(i))) sum += share[j];
@@ -179,7 +168,7 @@ absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
   }
   std::vector<uint8_t> foliage(share.size());
   std::transform(share.begin(), share.end(), foliage.begin(),
-                 [](float off) { return static_cast<uint8_t>(off > kMostOff); });
+                 [](float off) { return static_cast<uint8_t>(off > kFindFoliage.most_off); });
   if (std::find(foliage.begin(), foliage.end(), 1) == foliage.end()) return std::vector<uint8_t>();
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> in_volume,
                            InVolumes(cloud, graph, foliage, context));

@@ -13,21 +13,12 @@
 #include "core/base/quantile.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/clean/settings.h"
 #include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
 namespace {
-
-// No island with so many points is dropped, however large the scan.
-constexpr int kLargestIsland = 200;
-// How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
-// height sees the ground at 0.1.
-constexpr double kSpacingGrowth = 0.1;
-// Off sheets, where nothing is seen at a flat angle.
-constexpr double kGrowthOffSheets = 0.03;
-// Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
-constexpr double kThicknessesOff = 4;
 
 // How far the neighbours of each point are.
 struct Reaches {
@@ -147,13 +138,12 @@ absl::StatusOr<std::vector<PlaneResidual>> AllPlaneResiduals(const Eigen::Matrix
 // At least 1: how much thicker than a sheet the scan is all over. Where noise is thicker than the
 // spacing every point sits in a volume of points, and has to be further out to be an outlier.
 double ScanThickness(const std::vector<PlaneResidual>& residuals) {
-  constexpr double kSheet = 0.3;
   std::vector<double> ratios;
   ratios.reserve(residuals.size());
   for (const PlaneResidual& residual : residuals) {
     if (residual.spread > 0) ratios.push_back(residual.thickness / residual.spread);
   }
-  return std::max(1.0, Median(std::move(ratios)) / kSheet);
+  return std::max(1.0, Median(std::move(ratios)) / kRemoveOutliers.sheet);
 }
 
 // Drops the points of a cloud of outliers, which support each other beside a scan that is
@@ -163,16 +153,15 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
                                const std::vector<float>& usual,
                                const std::vector<PlaneResidual>& residuals,
                                const RunContext& context, std::vector<uint8_t>* keep) {
-  constexpr double kVolumeRatio = 0.33;  // thickness against spread; a sharp edge has more
-  constexpr double kSparse = 2.0;        // mean distance against the usual one
   std::vector<double> thicknesses(residuals.size());
   std::transform(residuals.begin(), residuals.end(), thicknesses.begin(),
                  [](const PlaneResidual& residual) { return residual.thickness; });
-  const double thick = kThicknessesOff * Median(std::move(thicknesses));
+  const double thick = kRemoveOutliers.thicknesses_off * Median(std::move(thicknesses));
   std::vector<uint8_t> in_volume(residuals.size());
   for (size_t i = 0; i < residuals.size(); ++i) {
-    in_volume[i] = residuals[i].thickness > std::max(thick, kVolumeRatio * residuals[i].spread) &&
-                   reaches.mean[i] > kSparse * usual[i];
+    in_volume[i] = residuals[i].thickness >
+                       std::max(thick, kRemoveOutliers.cloud_ratio * residuals[i].spread) &&
+                   reaches.mean[i] > kRemoveOutliers.cloud_sparse * usual[i];
   }
   const std::vector<uint8_t> kept = *keep;
   return ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
@@ -194,16 +183,13 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
   if (IsLeftOut(Mechanism::kOutliers)) return absl::OkStatus();
-  constexpr double kSheetRatio = 0.2;    // thickness against spread of what is still a sheet
-  constexpr double kVolumeRatio = 0.4;   // and of what is not a sheet at all
-  constexpr double kVolumeSparse = 0.6;  // of factor, enough in a volume of points
-  constexpr double kOffUsual = 0.3;      // of factor * usual distance
-  constexpr double kReject = 3.0;        // of factor
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
   // Each is a chain of steps, so the two go side by side.
   std::array<absl::StatusOr<std::vector<float>>, 2> fields;
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(2, 1, context, [&](int64_t i) {
-    fields[i] = UsualDistances(graph, reaches, i == 0 ? kSpacingGrowth : kGrowthOffSheets, context);
+    fields[i] = UsualDistances(
+        graph, reaches, i == 0 ? kRemoveOutliers.spacing_growth : kRemoveOutliers.growth_off_sheets,
+        context);
   }));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, std::move(fields[0]));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual_off_sheets, std::move(fields[1]));
@@ -214,14 +200,15 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   for (int i = 0; i < graph.size(); ++i) {
     const PlaneResidual& residual = residuals[i];
     const double limit = factor * usual[i];
-    const bool in_sheet = residual.thickness < kSheetRatio * residual.spread &&
-                          residual.height < kThicknessesOff * residual.thickness;
-    const bool off_sheet = residual.height > kThicknessesOff * residual.thickness &&
-                           residual.height > kOffUsual * thick * limit;
-    const bool in_volume = residual.thickness > kVolumeRatio * thick * residual.spread &&
-                           reaches.middle[i] > kVolumeSparse * limit;
+    const bool in_sheet = residual.thickness < kRemoveOutliers.sheet_ratio * residual.spread &&
+                          residual.height < kRemoveOutliers.thicknesses_off * residual.thickness;
+    const bool off_sheet = residual.height > kRemoveOutliers.thicknesses_off * residual.thickness &&
+                           residual.height > kRemoveOutliers.off_usual * thick * limit;
+    const bool in_volume =
+        residual.thickness > kRemoveOutliers.volume_ratio * thick * residual.spread &&
+        reaches.middle[i] > kRemoveOutliers.volume_sparse * limit;
     const bool sparse = reaches.middle[i] > limit;  // half of the neighbours lie farther
-    const bool rejected = reaches.mean[i] > kReject * limit;
+    const bool rejected = reaches.mean[i] > kRemoveOutliers.reject * limit;
     if (off_sheet || in_volume || (sparse && (!in_sheet || rejected))) (*keep)[i] = 0;
   }
   if (IsLeftOut(Mechanism::kOutlierClouds)) return absl::OkStatus();
@@ -243,7 +230,7 @@ absl::StatusOr<OutlierResult> FindOutliers(const Eigen::Matrix3Xd& points,
   }
   result.outliers = std::count(result.keep.begin(), result.keep.end(), 0);
   const double smallest =
-      std::min<double>(kLargestIsland, options.min_component_share * graph.size());
+      std::min<double>(kRemoveOutliers.largest_island, options.min_component_share * graph.size());
   SignedUnionFind sets(graph.size());
   // Of sets known not to be islands: two such need not be joined.
   std::vector<uint8_t> in_large_component(static_cast<size_t>(graph.size()), 0);

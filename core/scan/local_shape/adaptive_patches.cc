@@ -8,19 +8,10 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
+#include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
 namespace {
-
-constexpr double kNormalError = 0.05;
-constexpr int kMaxRounds = 6;
-// Noise against spacing from which rounds run on a thinned set: below, one round reaches clearly
-// further than the noise is thick.
-constexpr double kThinningRatio = 0.9;
-constexpr int kMaxStride = 64;
-
-// Patches with more thickness than this against their spread say little of their plane.
-constexpr double kThick = 0.15;
 
 struct Widener {
   const Eigen::Matrix3Xd& points;
@@ -38,17 +29,18 @@ struct Widener {
   }
 
   bool NeedsWidening(int i, double error) const {
-    return error > kNormalError ||
-           (error > kNormalError / 2 && planes[i].thickness > kThick * planes[i].spread);
+    return error > kAdaptivePatches.normal_error ||
+           (error > kAdaptivePatches.normal_error / 2 &&
+            planes[i].thickness > kAdaptivePatches.thick * planes[i].spread);
   }
 
   // The patches of the point and of those neighbours whose planes agree within what their errors
   // explain: two sides of an edge stay apart.
   PatchMoments Widened(int i, const std::vector<PatchMoments>& patches, double error) const {
-    constexpr double kTrustedError = 0.25;
-    constexpr double kSharpestBend = 0.45;
-    const bool trusted = error < kTrustedError && planes[i].thickness < kThick * planes[i].spread;
-    const double agreement = trusted ? std::cos(std::max(kSharpestBend, 4 * error)) : 0.0;
+    const bool trusted = error < kAdaptivePatches.trusted_error &&
+                         planes[i].thickness < kAdaptivePatches.thick * planes[i].spread;
+    const double agreement =
+        trusted ? std::cos(std::max(kAdaptivePatches.sharpest_bend, 4 * error)) : 0.0;
     PatchSum sum;
     sum.Add(patches[i], Eigen::Vector3d::Zero());
     for (const int j : graph.neighbors(i)) {
@@ -65,7 +57,7 @@ struct Widener {
                    [](const PatchPlane& plane) { return static_cast<float>(plane.spread); });
     std::vector<PatchMoments> wider(patches->size());
     std::vector<uint8_t> widened(patches->size());
-    for (int round = 0; round < kMaxRounds; ++round) {
+    for (int round = 0; round < kAdaptivePatches.max_rounds; ++round) {
       RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t at) {
         const int i = static_cast<int>(at);
         const double error = NormalError(i);
@@ -89,8 +81,8 @@ int Stride(const std::vector<float>& noise, const std::vector<float>& spacing) {
   for (size_t i = 0; i < noise.size(); ++i) {
     ratios[i] = spacing[i] > 0 ? noise[i] / spacing[i] : 0;
   }
-  const double excess = Median(std::move(ratios)) / kThinningRatio;
-  return std::clamp(static_cast<int>(std::ceil(excess * excess)), 1, kMaxStride);
+  const double excess = Median(std::move(ratios)) / kAdaptivePatches.thinning_ratio;
+  return std::clamp(static_cast<int>(std::ceil(excess * excess)), 1, kAdaptivePatches.max_stride);
 }
 
 // The widened patches of the thinned points, as the other points see them: the sum of those in

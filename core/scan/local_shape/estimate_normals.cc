@@ -13,19 +13,15 @@
 #include "core/base/parallel_for_each.h"
 #include "core/base/quantile.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/scan/local_shape/adaptive_patches.h"
 #include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/local_shape/quadric_residual.h"
 #include "core/scan/local_shape/robust_normal.h"
+#include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
 namespace {
-
-// Growth of the variance along the plane from which a patch counts as widened.
-constexpr double kWidened = 1.3;
-// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
-constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
 // pi d_j^2 / j = pi/4 spacing^2. Near neighbours on one scan line say little of the surface.
@@ -44,41 +40,36 @@ float LocalSpacing(std::span<const float> distances) {
 // noise over 11 degrees of freedom is 0.91 of its deviation.
 absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& residuals,
                                                     const RunContext& context) {
-  constexpr double kShare = 0.35;
-  constexpr double kQuantileOfGaussian = 0.91;
   const auto count = static_cast<int64_t>(residuals.size());
   if (count == 0) return std::vector<float>();
-  struct Length {
-    int64_t points;
-    double bound;  // noise varies by no more than this within such a stretch
-  };
-  // From the second on a multiple of the one before.
-  constexpr std::array<Length, 3> kLengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}}};
-  std::array<std::vector<float>, kLengths.size()> bounds;  // of the stretches of each length
-  for (size_t l = 0; l < kLengths.size(); ++l) {
-    bounds[l].resize(static_cast<size_t>((count + kLengths[l].points - 1) / kLengths[l].points));
+  const auto& lengths = kEstimateNormals.lengths;
+  std::array<std::vector<float>, std::tuple_size_v<decltype(EstimateNormalsSettings::lengths)>>
+      bounds;  // of the stretches of each length
+  for (size_t l = 0; l < lengths.size(); ++l) {
+    bounds[l].resize(static_cast<size_t>((count + lengths[l].points - 1) / lengths[l].points));
   }
   // Of the stretches of each length that lie between two ends of such.
   const auto find_bounds = [&](int64_t from, int64_t to) {
-    for (size_t l = 0; l < kLengths.size(); ++l) {
-      for (int64_t begin = from; begin < to; begin += kLengths[l].points) {
-        const int64_t end = std::min(to, begin + kLengths[l].points);
-        const double level = Quantile(
-            std::vector<float>(residuals.begin() + begin, residuals.begin() + end), kShare);
-        bounds[l][begin / kLengths[l].points] =
-            static_cast<float>(kLengths[l].bound * level / kQuantileOfGaussian);
+    for (size_t l = 0; l < lengths.size(); ++l) {
+      for (int64_t begin = from; begin < to; begin += lengths[l].points) {
+        const int64_t end = std::min(to, begin + lengths[l].points);
+        const double level =
+            Quantile(std::vector<float>(residuals.begin() + begin, residuals.begin() + end),
+                     kEstimateNormals.share);
+        bounds[l][begin / lengths[l].points] =
+            static_cast<float>(lengths[l].bound * level / kEstimateNormals.quantile_of_gaussian);
       }
     }
   };
-  constexpr int64_t kLongest = kLengths.back().points;
+  const int64_t longest = lengths.back().points;
   RILIEVO_RETURN_IF_ERROR(
-      ParallelForEach((count + kLongest - 1) / kLongest, 1, context, [&](int64_t stretch) {
-        find_bounds(stretch * kLongest, std::min(count, (stretch + 1) * kLongest));
+      ParallelForEach((count + longest - 1) / longest, 1, context, [&](int64_t stretch) {
+        find_bounds(stretch * longest, std::min(count, (stretch + 1) * longest));
       }));
   std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
-    for (size_t l = 0; l < kLengths.size(); ++l) {
-      noise[i] = std::min(noise[i], bounds[l][i / kLengths[l].points]);
+    for (size_t l = 0; l < lengths.size(); ++l) {
+      noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
     }
   }));
   return noise;
@@ -89,14 +80,12 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
 Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                             const std::vector<PatchMoments>& patches,
                             const std::vector<PatchPlane>& planes, double noise, int i) {
-  constexpr double kBendRatio = 6.0;     // of the noise variance, below which nothing bends
-  constexpr double kFlatterRatio = 0.2;  // a curved surface stays above
   if (IsLeftOut(Mechanism::kQuietestPatch)) return planes[i].normal;
   const double own = planes[i].thickness;
-  if (own <= kBendRatio * noise * noise || own < 1e-6 * planes[i].spread) {
+  if (own <= kEstimateNormals.bend_ratio * noise * noise || own < 1e-6 * planes[i].spread) {
     return planes[i].normal;
   }
-  double best = kFlatterRatio * own;
+  double best = kEstimateNormals.flatter_ratio * own;
   Eigen::Vector3d normal = planes[i].normal;
   for (const int j : graph.neighbors(i)) {
     const Eigen::Vector3d to_mean =
@@ -110,18 +99,17 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
   return normal;
 }
 
-bool IsClean(float noise, float spacing) { return noise <= kCleanNoise * spacing; }
+bool IsClean(float noise, float spacing) { return noise <= kCommon.clean_noise * spacing; }
 
 // The noisy points whose patches are thicker than their noise makes them.
 std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
                                           const std::vector<float>& noise,
                                           const std::vector<float>& spacing) {
-  // Variance across a patch in that of the noise: below, next to none of the points has two sides.
-  constexpr double kThicker = 1.5;
   std::vector<NearEdgePoint> near_edge;
   for (size_t i = 0; i < planes.size(); ++i) {
-    if (IsClean(noise[i], spacing[i]) || noise[i] >= kThickNoiseRatio * spacing[i]) continue;
-    if (planes[i].thickness <= kThicker * noise[i] * noise[i]) continue;
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kCommon.thick_noise_ratio * spacing[i])
+      continue;
+    if (planes[i].thickness <= kEstimateNormals.thicker * noise[i] * noise[i]) continue;
     near_edge.push_back({static_cast<int>(i), noise[i]});
   }
   return near_edge;
@@ -136,11 +124,11 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
   const int64_t count = points.cols();
   cloud->normals.resize(3, count);
   const auto is_clean = [&](int64_t i) {
-    return !IsLeftOut(Mechanism::kRobustNormal) && graph.k >= kFewestRobustNeighbors &&
-           IsClean(noise[i], cloud->spacing[i]);
+    return !IsLeftOut(Mechanism::kRobustNormal) &&
+           graph.k >= kRobustNormal.fewest_robust_neighbors && IsClean(noise[i], cloud->spacing[i]);
   };
   const auto clean_normal = [&](int i, std::span<const int> neighbors) {
-    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
+    if (planes[i].thickness <= kEstimateNormals.flat * noise[i] * noise[i]) return planes[i].normal;
     return RobustNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
   };
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
@@ -189,7 +177,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
     // Where patches had to be widened, the nearest neighbours are the nearest in height too
     // and show too little of the noise.
-    if (planes[i].spread < kWidened * first_spread[i]) return;
+    if (planes[i].spread < kEstimateNormals.widened * first_spread[i]) return;
     cloud.noise[i] = std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
   }));
   first_spread = std::vector<double>();

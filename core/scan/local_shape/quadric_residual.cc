@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 
-#include "core/points/belonging.h"
 #include "core/points/height_field.h"
 #include "core/points/neighbor_graph.h"
+#include "core/points/settings.h"
 #include "core/scan/local_shape/otsu_threshold.h"
+#include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
 namespace {
@@ -16,17 +17,16 @@ namespace {
 // Heights that fall into two groups with next to nothing between them are those of two sheets:
 // their share of the squares that is left within the groups, else 1.
 double ShareWithinSheets(std::span<double> heights) {
-  constexpr double kTwoSheets = 0.16;
-  const double within = OtsuThreshold(heights, kFewestWitnesses).within;
-  return within < kTwoSheets ? within : 1;
+  const double within = OtsuThreshold(heights, kCommon.fewest_witnesses).within;
+  return within < kQuadricResidual.two_sheets ? within : 1;
 }
 
 }  // namespace
 
 double QuadricResidual(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors,
                        double radius, const Eigen::Vector3d& normal) {
-  constexpr int kRows = HeightFieldRows(kMostNeighbors + 1);
-  neighbors = neighbors.first(std::min<size_t>(neighbors.size(), kMostNeighbors));
+  constexpr int kRows = HeightFieldRows(kNeighborGraph.most_neighbors + 1);
+  neighbors = neighbors.first(std::min<size_t>(neighbors.size(), kNeighborGraph.most_neighbors));
   if (!(radius > 0) || neighbors.size() <= kQuadricTerms) return 0;
   const Eigen::Vector3d u = normal.unitOrthogonal() / radius;
   const Eigen::Vector3d v = normal.cross(u);
@@ -48,8 +48,7 @@ double QuadricResidual(const Eigen::Matrix3Xd& points, int center, std::span<con
   const Eigen::Matrix<double, 6, 1> fit = FitHeights<6>(sums, 1e-9);
   const Eigen::Map<const Eigen::Matrix<double, 6, 1>> right(sums.heights.data());
   double squares = std::max(0.0, sums.squares - fit.dot(right));
-  constexpr double kFlat = 0.01;  // of the radius: no second sheet
-  if (squares > kFlat * kFlat * count) {
+  if (squares > kQuadricResidual.flat * kQuadricResidual.flat * count) {
     for (int i = 0; i < count; ++i) {
       z[i] -= fit[0] + fit[1] * x[i] + fit[2] * y[i] + fit[3] * x[i] * x[i] + fit[4] * x[i] * y[i] +
               fit[5] * y[i] * y[i];

@@ -4,18 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/points/belonging.h"
 #include "core/points/height_field.h"
+#include "core/points/settings.h"
+#include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 18;  // the point itself and 17 neighbours
-constexpr int kNearest = 9;      // neighbours of which pairs span planes
-
-using Heights = Eigen::Array<double, HeightFieldRows(kMostPoints), 1>;
+using Heights = Eigen::Array<double, HeightFieldRows(kRobustNormal.most_points), 1>;
 
 // How far off a surface a point may lie, squared. Between fine and coarse its logarithm counts, so
 // that of two sides the one that points lie on exactly wins over the one that they lie by.
@@ -24,10 +22,9 @@ struct Tolerance {
 };
 
 Tolerance ToleranceOf(double spacing, double noise) {
-  constexpr double kFineSpacings = 0.005;
-  constexpr double kCoarseSpacings = 0.2;
-  const double fine = kFineSpacings * spacing + noise;
-  const double coarse = std::max(kCoarseSpacings * spacing, kNoiseDeviations * noise);
+  const double fine = kRobustNormal.fine_spacings * spacing + noise;
+  const double coarse =
+      std::max(kRobustNormal.coarse_spacings * spacing, kCommon.noise_deviations * noise);
   return {fine * fine, coarse * coarse};
 }
 
@@ -39,7 +36,8 @@ struct Patch {
   double radius = 0;
 
   Patch(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors) {
-    for (const int j : neighbors.first(std::min<size_t>(neighbors.size(), kMostPoints - 1))) {
+    for (const int j :
+         neighbors.first(std::min<size_t>(neighbors.size(), kRobustNormal.most_points - 1))) {
       const Vector3d offset = points.col(j) - points.col(center);
       x[count] = offset.x();
       y[count] = offset.y();
@@ -93,7 +91,7 @@ HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights
   const HeightFieldSums sums =
       SumHeights({x.data(), y.data(), z.data(), weights.data(), patch.count});
   const Eigen::Matrix<double, kTerms, 1> terms =
-      FitHeights<kTerms>(sums, kRidge * weights.maxCoeff());
+      FitHeights<kTerms>(sums, kHeightField.ridge * weights.maxCoeff());
   Heights field = terms[0] + terms[1] * x + terms[2] * y;
   if constexpr (kTerms == 6) field += x * (terms[3] * x + terms[4] * y) + terms[5] * y * y;
   return {(axis - terms[1] * u - terms[2] * v).normalized(),
@@ -103,25 +101,25 @@ HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights
 // Weights of the points within the coarse tolerance: 1 / h^2, under which least squares are those
 // of the logarithm.
 Heights Weights(const Heights& heights, const Tolerance& tolerance, const Patch& patch) {
-  constexpr double kFlatten = kNoiseDeviations * kNoiseDeviations;  // no single point decides
-  constexpr double kNone = 1e-9;
-  return patch.ones() *
-         (heights.square() < tolerance.coarse)
-             .select(tolerance.fine / (heights.square() + kFlatten * tolerance.fine), kNone);
+  constexpr double kFlatten =
+      kCommon.noise_deviations * kCommon.noise_deviations;  // no single point decides
+  return patch.ones() * (heights.square() < tolerance.coarse)
+                            .select(tolerance.fine / (heights.square() + kFlatten * tolerance.fine),
+                                    kRobustNormal.least_weight);
 }
 
-// Of the planes through the point and two of the nearest kNearest the one that fits best.
+// Of the planes through the point and two of the nearest kRobustNormal.nearest the one that fits
+// best.
 Vector3d BestPlane(const Patch& patch, const Misfit& misfit, const Vector3d& fallback) {
-  constexpr double kSine = 0.3;  // of the least angle at which two neighbours span a plane
   double least = 2;
   Vector3d best = fallback;
-  const int end = std::min(kNearest + 1, patch.count);
+  const int end = std::min(kRobustNormal.nearest + 1, patch.count);
   for (int a = 1; a < end; ++a) {
     for (int b = a + 1; b < end; ++b) {
       const Vector3d across = patch.offset(a).cross(patch.offset(b));
       const double square = across.squaredNorm();
       const double sides = patch.squared_distance[a] * patch.squared_distance[b];
-      if (square <= kSine * kSine * sides) continue;
+      if (square <= kRobustNormal.sine * kRobustNormal.sine * sides) continue;
       const Vector3d normal = across / std::sqrt(square);
       const double of_plane = misfit(patch.Along(normal));
       if (of_plane >= least) continue;
@@ -136,7 +134,7 @@ Vector3d BestPlane(const Patch& patch, const Misfit& misfit, const Vector3d& fal
 
 Vector3d RobustNormal(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors,
                       double spacing, double noise, const Vector3d& normal) {
-  if (neighbors.size() < kFewestRobustNeighbors) return normal;
+  if (neighbors.size() < kRobustNormal.fewest_robust_neighbors) return normal;
   const Patch patch(points, center, neighbors);
   if (!(patch.radius > 0)) return normal;
   const Tolerance tolerance = ToleranceOf(spacing, noise);

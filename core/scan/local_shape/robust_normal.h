@@ -4,10 +4,9 @@
 #include <Eigen/Core>
 #include <span>
 
-namespace rilievo {
+#include "core/scan/local_shape/settings.h"
 
-// Seven points lie on some quadric, of an edge too.
-inline constexpr int kFewestRobustNeighbors = 9;
+namespace rilievo {
 
 // Of three surfaces through the point the one that passes closest to most of its neighbours:
 // the quadric of all of them, as on a smooth surface; the best of the planes through the point and
@@ -15,9 +14,9 @@ inline constexpr int kFewestRobustNeighbors = 9;
 // and the quadric of those that lie by that plane, as on the wall of a hole. So the side of an edge
 // is found where it is a few points wide, and no bias of a curved side is left.
 // `normal`: unit, of the plane of all, which height fields stand on and which comes back where
-// fewer neighbours than kFewestRobustNeighbors settle nothing. Of the neighbours, nearest first,
-// the first 17 count. `spacing`: > 0. `noise`: measurement noise at the point; both in the frame of
-// `points`.
+// fewer neighbours than kRobustNormal.fewest_robust_neighbors settle nothing. Of the neighbours,
+// nearest first, the first 17 count. `spacing`: > 0. `noise`: measurement noise at the point; both
+// in the frame of `points`.
 Eigen::Vector3d RobustNormal(const Eigen::Matrix3Xd& points, int center,
                              std::span<const int> neighbors, double spacing, double noise,
                              const Eigen::Vector3d& normal);

@@ -13,22 +13,11 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/points/batched_nearest.h"
+#include "core/scan/local_shape/settings.h"
 #include "core/scan/local_shape/two_sheets.h"
 
 namespace rilievo {
 namespace {
-
-// One of so many points is looked at first: a wall of any size holds more.
-constexpr int kStride = 16;
-// How clearly sheets must stand apart: the first is 0.36 of Gaussian heights, 0.25 of uniform ones,
-// 0.19 of those of a rod, 0.2 of sheets four deviations apart; the second 0.21, 0.17, 0.14 and
-// 0.09.
-constexpr SheetGap kClear = {0.2, 0.09};
-constexpr SheetGap kBesideClear = {0.25, 0.13};
-// Thickness of a list against its width below which nothing else lies in it.
-constexpr double kThin = 0.12;
-// Variance across a list of one sheet, against that of a list from both.
-constexpr double kThinner = 0.65;
 
 // Variances of a point and its neighbours along their principal axes, ascending.
 Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
@@ -70,7 +59,8 @@ int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const
   if (found < graph.k) return -1;
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
   const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
-  if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
+  if (changed && Variances(points, center, list)[0] > kSeparateSheets.thinner * thickness)
+    return -1;
   return neighborhood.Across(self);
 }
 
@@ -92,7 +82,7 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
     Eigen::Matrix3Xd places(3, end - begin);
     for (int64_t i = begin; i < end; ++i) {
       const Eigen::Vector3d variances = Variances(points, named[i], graph.neighbors(named[i]));
-      if (variances[0] < kThin * kThin * variances[1]) continue;
+      if (variances[0] < kSeparateSheets.thin * kSeparateSheets.thin * variances[1]) continue;
       places.col(static_cast<int64_t>(suspects.size())) = points.col(named[i]);
       suspects.push_back({i, variances[0]});
     }
@@ -125,9 +115,12 @@ absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
   if (count < kSheetPoints) return ReplacedLists{};
   std::vector<uint8_t> looked(static_cast<size_t>(count), 0);
   std::vector<int> next;
-  for (int i = 0; i < count; i += kStride) next.push_back(i);
+  for (int i = 0; i < count; i += kSeparateSheets.stride) next.push_back(i);
   Layered layered;
-  for (SheetGap gap = kClear; !next.empty(); gap = kBesideClear) {
+  const SeparateSheetsSettings& of = kSeparateSheets;
+  const SheetGap clear = {of.clear_within, of.clear_between};
+  const SheetGap beside = {of.beside_clear_within, of.beside_clear_between};
+  for (SheetGap gap = clear; !next.empty(); gap = beside) {
     const size_t known = layered.pairs.size();
     RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, gap, next, context, &layered));
     next.clear();

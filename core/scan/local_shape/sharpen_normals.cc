@@ -14,19 +14,19 @@
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
 #include "core/points/height_field.h"
+#include "core/points/settings.h"
+#include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFewestPoints = 16;
 // Squared noises from which a point counts no more.
-constexpr double kBeyond = kNoiseDeviations * kNoiseDeviations;
+constexpr double kBeyond = kCommon.noise_deviations * kCommon.noise_deviations;
 
-using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPointsByEdge, 1>;
+using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kCommon.points_by_edge, 1>;
 
 // Points as seen from the first of them, in its noise.
 struct ScaledPatch {
@@ -100,10 +100,10 @@ std::optional<Quadric> FitQuadric(const ScaledPatch& patch) {
   const Vector3d u = up.unitOrthogonal(), v = up.cross(u);
   const Values x = patch.Along(u) / radius, y = patch.Along(v) / radius;
   const Values z = patch.Along(up) / radius;
-  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kPointsByEdge, 6> rows(count, 6);
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kCommon.points_by_edge, 6> rows(count, 6);
   rows << Values::Ones(count), x, y, x * x, x * y, y * y;
   Eigen::Matrix<double, 6, 6> gram = rows.transpose().lazyProduct(rows);
-  gram.diagonal().array() += kRidge;
+  gram.diagonal().array() += kHeightField.ridge;
   const Eigen::Matrix<double, 6, 1> terms =
       gram.ldlt().solve(rows.transpose().lazyProduct(z.matrix()));
   const double slant = 1 + terms[1] * terms[1] + terms[2] * terms[2];
@@ -127,15 +127,11 @@ struct Sides {
 
 // From the points beyond `start` across the bend and those before it.
 std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, double start) {
-  constexpr int kRounds = 3;
-  constexpr double kFar = 0.02;  // weight of a point off both planes
-  constexpr double kFewestOfBend = 4;
-  constexpr double kMostCost = 1.5;  // a point; of noise alone 1
   const Eigen::Index count = patch.x.size();
   const Values ones = Values::Ones(count);
   Values on_one = (quadric.across > start).cast<double>(), weights = ones, squares;
   Plane one, two;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSharpenNormals.rounds; ++round) {
     const Moments all(patch, weights), of_one(patch, weights * on_one);
     one = FitPlane(of_one, quadric.up);
     two = FitPlane(all - of_one, quadric.up);
@@ -143,13 +139,13 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
     const Values off_one = one.Off(patch), off_two = two.Off(patch);
     on_one = (quadric.bends_up ? off_one < off_two : off_one > off_two).cast<double>();
     squares = (on_one * off_one + (1 - on_one) * off_two).square().min(kBeyond);
-    weights = (squares < kBeyond).select(ones, kFar);
+    weights = (squares < kBeyond).select(ones, kSharpenNormals.off_weight);
   }
   const double sum = on_one.sum();
   const double cost = squares.sum();
-  if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfBend ||
-      cost > kMostCost * static_cast<double>(count - kQuadricTerms) ||
-      one.normal.dot(two.normal) > kSmoothCosine) {
+  if (std::min(sum, static_cast<double>(count) - sum) < kSharpenNormals.fewest_of_bend ||
+      cost > kSharpenNormals.most_cost * static_cast<double>(count - kQuadricTerms) ||
+      one.normal.dot(two.normal) > kCommon.smooth_cosine) {
     return std::nullopt;
   }
   const bool first_on_one = on_one[0] > 0;
@@ -167,7 +163,7 @@ struct Crease {
 
 // None where no two planes save more than `least`: they save no more than the quadric costs.
 std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
-  if (patch.x.size() < kFewestPoints) return std::nullopt;
+  if (patch.x.size() < kSharpenNormals.fewest_points) return std::nullopt;
   const auto quadric = FitQuadric(patch);
   if (!quadric || quadric->cost <= least) return std::nullopt;
   std::optional<Crease> best;
@@ -187,10 +183,9 @@ class Neighborhood {
   // The nearest of a point's neighbours and theirs, itself first; lengths in `unit`.
   ScaledPatch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
                      double unit) {
-    constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
     around_.assign(1, center);
     std::unordered_set<int> taken = {center};
-    for (size_t begin = 0; begin < around_.size() && around_.size() < kEnough;) {
+    for (size_t begin = 0; begin < around_.size() && around_.size() < kSharpenNormals.enough;) {
       for (const size_t end = around_.size(); begin < end; ++begin) {
         for (const int j : graph.neighbors(around_[begin])) {
           if (taken.insert(j).second) around_.push_back(j);
@@ -200,7 +195,7 @@ class Neighborhood {
     const Vector3d at = points.col(center);
     nearest_.clear();
     for (const int j : around_) nearest_.emplace_back((points.col(j) - at).squaredNorm(), j);
-    const size_t count = std::min<size_t>(kPointsByEdge, nearest_.size());
+    const size_t count = std::min<size_t>(kCommon.points_by_edge, nearest_.size());
     std::partial_sort(nearest_.begin(), nearest_.begin() + static_cast<int64_t>(count),
                       nearest_.end());
     ScaledPatch patch{Values(count), Values(count), Values(count)};
@@ -242,9 +237,9 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEd
           const auto [point, noise] = near_edge[i];
           const ScaledPatch patch = neighborhood->Around(cloud->points, graph, point, noise);
           const Eigen::Index count = patch.x.size();
-          auto best = FindCrease(patch, kSureEvidence);
+          auto best = FindCrease(patch, kCommon.sure_evidence);
           const auto narrow =
-              FindCrease(patch.First(count / 2), best ? best->saved : kSureEvidence);
+              FindCrease(patch.First(count / 2), best ? best->saved : kCommon.sure_evidence);
           if (narrow) best = narrow;
           if (!best) continue;
           const Vector3d sum = neighborhood->Sum(cloud->normals, best->on_side);

@@ -8,9 +8,6 @@
 
 namespace rilievo {
 
-// Noise, in spacings, above which the nearest points tell it too small.
-inline constexpr double kUnderstatedNoise = 1.0 / 3;
-
 // Where noise is as thick as the spacing, the nearest points of a point are the nearest in height
 // too and show too little of it: half of it at twice the spacing. Neighbourhoods gathered along the
 // tangent plane do not choose by height. The middle ratio of their noise to the stated one, over a

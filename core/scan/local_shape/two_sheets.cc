@@ -7,18 +7,9 @@
 #include <limits>
 
 #include "core/scan/local_shape/otsu_threshold.h"
+#include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
-namespace {
-
-constexpr int kFewestOfSheet = 14;
-// Share of the squares within from which a quadric with a step will not part them either.
-constexpr double kReject = 0.33;
-// From sheet to sheet along their plane, against the distance of points within one.
-constexpr double kMostApart = 1.4;
-
-}  // namespace
-
 SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<const int> nearest,
                                      double radius)
     : count_(static_cast<int>(nearest.size())) {
@@ -44,17 +35,17 @@ SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<c
 }
 
 std::span<const uint8_t> SheetNeighborhood::FindSheets(const SheetGap& gap) {
-  constexpr int kRounds = 3;
   if (!usable_) return {};
   OtsuSplit sheets;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kTwoSheets.rounds; ++round) {
     std::array<double, kSheetPoints> flat{};
     Flatten(round > 0, flat.data());
     std::array<double, kSheetPoints> sorted = flat;
-    sheets = OtsuThreshold({sorted.data(), static_cast<size_t>(count_)}, kFewestOfSheet);
-    if (sheets.within > kReject) return {};
+    sheets =
+        OtsuThreshold({sorted.data(), static_cast<size_t>(count_)}, kTwoSheets.fewest_of_sheet);
+    if (sheets.within > kTwoSheets.reject) return {};
     for (int i = 0; i < count_; ++i) sheet_[i] = flat[i] > sheets.threshold ? 1 : 0;
-    if (round + 1 < kRounds) continue;
+    if (round + 1 < kTwoSheets.rounds) continue;
     const double middle = (sheets.low + sheets.high) / 2;
     const double reach = (sheets.high - sheets.low) / 6;
     const auto between = std::count_if(flat.begin(), flat.begin() + count_, [&](double height) {
@@ -87,7 +78,8 @@ int SheetNeighborhood::Across(int i) const {
 bool SheetNeighborhood::SheetsOverlap() const {
   const auto high = std::count(sheet_.begin(), sheet_.begin() + count_, uint8_t{1});
   const uint8_t larger = 2 * high > count_ ? 1 : 0;
-  return NearestAlong(1 - larger, larger) < kMostApart * kMostApart * NearestAlong(larger, larger);
+  return NearestAlong(1 - larger, larger) <
+         kTwoSheets.most_apart * kTwoSheets.most_apart * NearestAlong(larger, larger);
 }
 
 // The middle squared distance along the plane from a point of one sheet to the nearest other of

@@ -7,11 +7,12 @@
 #include <span>
 
 #include "core/points/neighbor_graph.h"
+#include "core/points/settings.h"
 
 namespace rilievo {
 
 // Of a neighbourhood, with the point itself.
-inline constexpr int kSheetPoints = kMostNeighbors;
+inline constexpr int kSheetPoints = kNeighborGraph.most_neighbors;
 
 // How clearly two sheets must stand apart.
 struct SheetGap {

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "core/points/oriented_cloud.h"
+#include "core/scan/orientation/settings.h"
 
 namespace rilievo {
 
@@ -17,9 +18,6 @@ struct Dipole {
   Eigen::Vector3d area = Eigen::Vector3d::Zero();  // times unit normal, unit frame
   double blur = 0;                                 // squared length over which it is spread
 };
-
-// Radii from which a group of dipoles counts as one.
-inline constexpr double kFarRadii = 2;
 
 inline double ShareOfSurface(double spacing) { return std::numbers::pi / 4 * spacing * spacing; }
 
@@ -44,8 +42,7 @@ inline double SolidAngle(const Dipole& dipole, const Eigen::Vector3d& position) 
 // What it adds to minus the gradient of the winding number at `position`, without the jump across
 // the dipole itself: Plummer's, of a wider blur, for near points lie unevenly along the surface.
 inline Eigen::Vector3d WindingDescent(const Dipole& dipole, const Eigen::Vector3d& position) {
-  constexpr double kWider = 3;
-  const double blur = kWider * dipole.blur;
+  const double blur = kDipole.wider * dipole.blur;
   const Eigen::Vector3d offset = dipole.position - position;
   const double distance = offset.squaredNorm(), squared = distance + blur;
   if (!(squared > 0)) return Eigen::Vector3d::Zero();
@@ -89,9 +86,9 @@ DipoleSum SumOfDipoles(const OrientedCloud& cloud, std::span<const int> points,
   return all;
 }
 
-// Farther apart than kFarRadii of both together.
+// Farther apart than kDipole.far_radii of both together.
 inline bool AreFar(const DipoleSum& a, const DipoleSum& b) {
-  const double near = kFarRadii * (a.radius + b.radius);
+  const double near = kDipole.far_radii * (a.radius + b.radius);
   return (b.sum.position - a.sum.position).squaredNorm() > near * near;
 }
 

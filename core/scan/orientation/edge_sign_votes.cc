@@ -7,7 +7,8 @@
 #include "core/base/parallel_for.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
+#include "core/scan/orientation/settings.h"
 
 namespace rilievo {
 namespace {
@@ -27,11 +28,9 @@ Pair PairOf(const OrientedCloud& cloud, int a, int b) {
   pair.cosine = cloud.normals.col(a).dot(cloud.normals.col(b));
   pair.height_a = pair.chord.dot(cloud.normals.col(a));
   pair.height_b = pair.chord.dot(cloud.normals.col(b));
-  pair.slack = kNoiseDeviations * std::max(cloud.noise[a], cloud.noise[b]);
+  pair.slack = kCommon.noise_deviations * std::max(cloud.noise[a], cloud.noise[b]);
   return pair;
 }
-
-constexpr double kParallelCosine = 0.8;
 
 // The distance of two parallel planes along their mean normal: none on any arc.
 double StepHeight(const Pair& pair) {
@@ -39,8 +38,8 @@ double StepHeight(const Pair& pair) {
 }
 
 bool IsStep(const Pair& pair, double spacing) {
-  return std::abs(pair.cosine) > kSmoothCosine &&
-         StepHeight(pair) > std::max(1.2 * pair.slack, kSheetSpacings * spacing);
+  return std::abs(pair.cosine) > kCommon.smooth_cosine &&
+         StepHeight(pair) > std::max(1.2 * pair.slack, kEdgeSignVotes.sheet_spacings * spacing);
 }
 
 double PairSpacing(const OrientedCloud& cloud, int a, int b) {
@@ -59,7 +58,7 @@ float Overlap(const OrientedCloud& cloud, int a, std::span<const int> around) {
     sum += (pair.chord - pair.height_a * normal).normalized();
     ++count;
   }
-  return count < kFewestWitnesses ? 0.0f : static_cast<float>(1 - sum.norm() / count);
+  return count < kCommon.fewest_witnesses ? 0.0f : static_cast<float>(1 - sum.norm() / count);
 }
 
 // The normal of one end, reflected at the bisector plane of the chord, is the normal of the other
@@ -79,16 +78,17 @@ double ReflectedCosine(const Pair& pair) {
 // for each time they are wrong, whatever their cosine from 0.15 up; parallel ones 500 times or
 // more, unless a step lies between them.
 double Confidence(const Pair& pair) {
-  constexpr double kBentWorth = 0.5;
-  constexpr double kUndecided = 0.15;
   const double cosine = ReflectedCosine(pair);
   const double size = std::abs(cosine);
-  if (std::abs(pair.cosine) <= kParallelCosine) {
-    return std::copysign(kBentWorth * std::min(1.0, size / kUndecided), cosine);
+  if (std::abs(pair.cosine) <= kEdgeSignVotes.parallel_cosine) {
+    return std::copysign(kEdgeSignVotes.bent_worth * std::min(1.0, size / kEdgeSignVotes.undecided),
+                         cosine);
   }
-  if (size < kParallelCosine) return 0;
-  const double worth = kBentWorth + (1 - kBentWorth) * (std::min(size, 1.0) - kParallelCosine) /
-                                        (1 - kParallelCosine);
+  if (size < kEdgeSignVotes.parallel_cosine) return 0;
+  const double worth =
+      kEdgeSignVotes.bent_worth + (1 - kEdgeSignVotes.bent_worth) *
+                                      (std::min(size, 1.0) - kEdgeSignVotes.parallel_cosine) /
+                                      (1 - kEdgeSignVotes.parallel_cosine);
   const double usual_step = 0.67 * pair.slack + 0.1 * pair.chord.norm();
   const double even =
       usual_step > 0 ? std::clamp(1.5 - StepHeight(pair) / usual_step, 0.0, 1.0) : 1.0;
@@ -96,15 +96,15 @@ double Confidence(const Pair& pair) {
 }
 
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
-  constexpr double kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
   // Sheets that face each other have the solid, or the air, between them.
-  if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWorth * pair.cosine;
+  if (std::min(overlap[a], overlap[b]) > kEdgeSignVotes.all_around)
+    return -kEdgeSignVotes.wall_worth * pair.cosine;
   // A stair, or a window set back in its wall, unless one of the points has the other sheet all
   // around.
-  const bool beside = std::max(overlap[a], overlap[b]) <= kAllAround;
-  return std::copysign(kStairWorth, beside ? pair.cosine : ReflectedCosine(pair));
+  const bool beside = std::max(overlap[a], overlap[b]) <= kEdgeSignVotes.all_around;
+  return std::copysign(kEdgeSignVotes.stair_worth, beside ? pair.cosine : ReflectedCosine(pair));
 }
 
 }  // namespace

@@ -10,16 +10,6 @@
 
 namespace rilievo {
 
-// Parallel planes farther apart than this share of the spacing may be two sheets: below, scans that
-// do not quite meet look the same.
-inline constexpr double kSheetSpacings = 0.4;
-// What votes across a wall are worth.
-inline constexpr double kWallWorth = 0.8;
-
-// Of two sheets one lies over the other where the ways along them between their points cancel out
-// by more than this share, and else beside it.
-inline constexpr double kAllAround = 0.5;
-
 // One value in [-1, 1] for each entry of graph.indices: > 0 when the normals of the point and of
 // that neighbour, as they are, point to the same side of the surface, < 0 when to opposite sides;
 // near 0 when the edge cannot tell.

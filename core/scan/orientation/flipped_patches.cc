@@ -11,30 +11,19 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for_each.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/dipole_patch.h"
 #include "core/scan/orientation/kernighan_lin.h"
+#include "core/scan/orientation/settings.h"
 #include "core/scan/orientation/winding_number.h"
 
 namespace rilievo {
 namespace {
 
-// A turned face may show the next one.
-constexpr int kMostRounds = 2;
-// What a face gains by turning at least, per area and its radius, and the least share of the votes
-// on its rim that are for it. A flat one that is right would lose about one half; those that were
-// flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
-constexpr double kLeastGain = 0.15;
-constexpr double kLeastVotes = 0.1;
-// Share of the points in patches of few from which a face is not a surface: pins and leaves no
-// wider than the points are apart have 0.3, flipped faces 0.1 at most.
-constexpr double kMostInFew = 0.2;
-
 // The way that the scan faces as one: zero unless the mean of its normals is longer than a
 // hemisphere's.
 Eigen::Vector3d FrontOf(const OrientedCloud& cloud) {
-  constexpr double kLeastMean = 0.5;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double area = 0;
   for (Eigen::Index i = 0; i < cloud.normals.cols(); ++i) {
@@ -42,7 +31,7 @@ Eigen::Vector3d FrontOf(const OrientedCloud& cloud) {
     sum += share * cloud.normals.col(i);
     area += share;
   }
-  if (sum.norm() > kLeastMean * area) return sum;
+  if (sum.norm() > kFlippedPatches.least_mean * area) return sum;
   return Eigen::Vector3d::Zero();
 }
 
@@ -67,8 +56,9 @@ class FaceSearch {
   absl::Status Run(const RunContext& context) {
     std::vector<int> next(members_.size());
     std::iota(next.begin(), next.end(), 0);
-    for (int round = 0; round < kMostRounds; ++round) {
-      std::erase_if(next, [&](int p) { return VotesForTurning({p}) <= kLeastVotes; });
+    for (int round = 0; round < kFlippedPatches.most_rounds; ++round) {
+      std::erase_if(next,
+                    [&](int p) { return VotesForTurning({p}) <= kFlippedPatches.least_votes; });
       if (next.empty()) break;
       RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> turned, Round(std::move(next), context));
       next = WithNeighbors(turned);
@@ -82,7 +72,7 @@ class FaceSearch {
     double weight;  // > 0 where the normals that were given agree
   };
 
-  bool IsFew(int patch) const { return members_[patch].size() < kFewestOfPlane; }
+  bool IsFew(int patch) const { return members_[patch].size() < kCommon.fewest_of_plane; }
 
   double PresentWeight(int patch, const Link& link) const {
     return sign_[patch] * sign_[link.to] * link.weight;
@@ -222,13 +212,12 @@ class FaceSearch {
   // Patches of the window to turn; none after a stop request.
   std::vector<int> Search(const std::vector<int>& window, const WindingField& field,
                           const RunContext& context) const {
-    constexpr size_t kMostFaces = 1500;  // the agreements between them are held in a square
     const std::vector<DipolePatch> faces = FacesOf(window);
-    if (faces.size() > kMostFaces) return {};
+    if (faces.size() > kFlippedPatches.most_faces) return {};
     const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
     // Ends: each pass gains at least this share of all there is to gain.
-    const double least_gain = kRounding * agreements.cwiseAbs().sum();
+    const double least_gain = kCommon.rounding * agreements.cwiseAbs().sum();
     while (KernighanLinPass(agreements, &signs) > least_gain) {
       if (!context.CheckStop().ok()) return {};
     }
@@ -299,9 +288,11 @@ class FaceSearch {
         area += faces[f].sum.area;
       }
       for (const int f : set) gain -= agreements.col(f).dot(others);
-      if (gain * std::sqrt(size / std::numbers::pi) < kLeastGain * size) continue;
+      if (gain * std::sqrt(size / std::numbers::pi) < kFlippedPatches.least_gain * size) continue;
       if (front_.dot(area) > 0) continue;
-      if (VotesForTurning(patches) < kLeastVotes || ShareInFew(patches) > kMostInFew) continue;
+      if (VotesForTurning(patches) < kFlippedPatches.least_votes ||
+          ShareInFew(patches) > kFlippedPatches.most_in_few)
+        continue;
       turned.insert(turned.end(), patches.begin(), patches.end());
     }
     return turned;

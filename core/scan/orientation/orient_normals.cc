@@ -18,6 +18,7 @@
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/patch_dipoles.h"
+#include "core/scan/orientation/settings.h"
 #include "core/scan/orientation/signed_graph.h"
 #include "core/scan/orientation/winding_number.h"
 
@@ -43,7 +44,6 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     if (OutwardSign(*cloud, groups[group]) < 0) Flip(groups[group], cloud);
   }
-  constexpr double kInside = 0.75;
   if (groups.size() < 2) return absl::OkStatus();
   std::vector<int> around(groups.size(), 0);
   for (size_t outer = 0; outer < groups.size(); ++outer) {
@@ -56,7 +56,7 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided
       if (inner == outer || static_cast<int>(inner) == sided ||
           !box.contains(cloud->points.col(groups[inner].front())))
         continue;
-      if (MeanWinding(field, *cloud, groups[inner]) > kInside) ++around[inner];
+      if (MeanWinding(field, *cloud, groups[inner]) > kOrientNormals.inside) ++around[inner];
     }
   }
   for (size_t group = 0; group < groups.size(); ++group) {
@@ -134,10 +134,6 @@ struct LabelledPatches {
   SignedLabels labels;
 };
 
-// What a given normal weighs against a station: it may be wrong, and half as much is outvoted by
-// the neighbours of a single point.
-constexpr float kNormalWeight = 0.5F;
-
 // A station weighs as much as all neighbours of its point together.
 std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& votes, int k) {
   std::vector<double> sides;
@@ -154,7 +150,6 @@ std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& 
 // `turned`: see Agreements.
 std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
                                const std::vector<uint8_t>& turned) {
-  constexpr double kContested = 0.2;
   const OrientationPatches& patches = labelled.patches;
   std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
   for (const SignedLink& link : Agreements(patches, labelled.links, turned)) {
@@ -166,7 +161,7 @@ std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
   const std::vector<int> signs = SignsOfPatches(patches, turned);
   const auto is_contested = [&](int patch) {
     const double side = labelled.sides.empty() ? 0 : signs[patch] * labelled.sides[patch];
-    return side == 0 ? against[patch] > kContested * total[patch] : side < 0;
+    return side == 0 ? against[patch] > kOrientNormals.contested * total[patch] : side < 0;
   };
   std::vector<uint8_t> ambiguous;
   ambiguous.reserve(patches.patch.size());
@@ -251,7 +246,7 @@ absl::StatusOr<BelievedSides> BelieveSides(const NeighborGraph& graph, const Ori
   if (!result->normals.used) return sides;
   sides.votes.resize(normals.size(), 0);
   for (size_t i = 0; i < normals.size(); ++i) {
-    if (sides.votes[i] == 0) sides.votes[i] = kNormalWeight * normals[i];
+    if (sides.votes[i] == 0) sides.votes[i] = kOrientNormals.normal_weight * normals[i];
   }
   return sides;
 }

@@ -11,8 +11,9 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/scan/orientation/edge_sign_votes.h"
+#include "core/scan/orientation/settings.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
@@ -70,23 +71,22 @@ struct Votes {
 // spacing explain, their centres closer along the planes than their radii together, and the edges
 // between them lead all around, and not to one side, as they do to a window set back in its wall.
 bool FaceEachOther(const Disc& a, const Disc& b, const Votes& votes) {
-  constexpr double kThicknesses = 1.5;
-  constexpr double kOverlap = 0.6;  // of the radii together
-  if (std::min(a.points, b.points) < kFewestOfPlane) return false;
+  if (std::min(a.points, b.points) < kCommon.fewest_of_plane) return false;
   const double cosine = a.normal.dot(b.normal);
-  if (std::abs(cosine) < kSmoothCosine) return false;
+  if (std::abs(cosine) < kCommon.smooth_cosine) return false;
   const Eigen::Vector3d chord = b.center - a.center;
   const double height_a = chord.dot(a.normal);
   const double height_b = std::copysign(1.0, cosine) * chord.dot(b.normal);
   // Zero on an arc, and between planes their distance.
   const double step = std::abs(height_a + height_b) / 2;
   const double spacing = std::min(a.spacing, b.spacing);
-  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSheetSpacings * spacing)) {
+  if (step < std::max(kOrientationPatches.thicknesses * (a.thickness + b.thickness),
+                      kEdgeSignVotes.sheet_spacings * spacing)) {
     return false;
   }
   const double along = std::sqrt(std::max(0.0, chord.squaredNorm() - step * step));
-  return along < kOverlap * (a.radius + b.radius) &&
-         votes.along.norm() < (1 - kAllAround) * votes.length;
+  return along < kOrientationPatches.overlap * (a.radius + b.radius) &&
+         votes.along.norm() < (1 - kEdgeSignVotes.all_around) * votes.length;
 }
 
 // Calls join(a, b, opposite) for the edges below level `end`, by level and each level in their
@@ -141,24 +141,22 @@ absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float
 absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
                                                const std::vector<float>& relations,
                                                const RunContext& context) {
-  constexpr int kLargestPatch = 48;
-  constexpr double kSure = 0.7;
-  constexpr int kLevels = 1024;
   const int k = graph.k;
-  // How sure each edge is, in levels, or kLevels: not sure, or said from its other end already.
+  // How sure each edge is, in levels, or kOrientationPatches.levels: not sure, or said from its
+  // other end already.
   std::vector<uint16_t> levels(relations.size());
   const auto level_of = [&](int a, size_t edge) {
-    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
-    if (doubt >= 1) return kLevels;
+    const double doubt = (1 - std::abs(relations[edge])) / (1 - kOrientationPatches.sure);
+    if (doubt >= 1) return kOrientationPatches.levels;
     const int b = graph.indices[edge];
     if (b < a) {
       const auto others = graph.neighbors(b);
       const auto place = std::find(others.begin(), others.end(), a) - others.begin();
       if (place < k && relations[static_cast<size_t>(b) * k + place] == relations[edge]) {
-        return kLevels;
+        return kOrientationPatches.levels;
       }
     }
-    return static_cast<int>(std::max(doubt, 0.0) * kLevels);
+    return static_cast<int>(std::max(doubt, 0.0) * kOrientationPatches.levels);
   };
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(graph.size(), kLightBlock, context, [&](int64_t a) {
     for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
@@ -166,12 +164,15 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
     }
   }));
   SignedUnionFind sets(graph.size());
-  RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(
-      graph, relations, levels, kLevels, context, [&](int a, int b, uint8_t opposite) {
-        const int root_a = sets.Find(a), root_b = sets.Find(b);
-        if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) return;
-        sets.Join(a, b, opposite);
-      }));
+  RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(graph, relations, levels, kOrientationPatches.levels,
+                                          context, [&](int a, int b, uint8_t opposite) {
+                                            const int root_a = sets.Find(a), root_b = sets.Find(b);
+                                            if (root_a == root_b ||
+                                                sets.size(root_a) + sets.size(root_b) >
+                                                    kOrientationPatches.largest_patch)
+                                              return;
+                                            sets.Join(a, b, opposite);
+                                          }));
   levels = std::vector<uint16_t>();
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
@@ -191,7 +192,6 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
                                                      const std::vector<float>& relations,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context) {
-  constexpr double kFacingVotes = 2;  // what a point across a wall counts against neighbours
   const std::vector<Disc> discs = DiscsOf(patches, cloud);
   // Points by patch.
   std::vector<int> begin_of(discs.size() + 1, 0), members(patches.patch.size());
@@ -226,11 +226,14 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
         }
         const int across = graph.across(i);
         if (across < 0) continue;
-        vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
+        vote(i, across,
+             -kOrientationPatches.facing_votes *
+                 cloud.normals.col(i).dot(cloud.normals.col(across)));
       }
       for (const int to : neighbors) {
         if (FaceEachOther(discs[patch], discs[to], votes[to])) {
-          votes[to].sum = -kWallWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
+          votes[to].sum = -kEdgeSignVotes.wall_worth * votes[to].count *
+                          discs[patch].normal.dot(discs[to].normal);
         }
         links.push_back({patch, to, votes[to].sum});
         votes[to] = {};

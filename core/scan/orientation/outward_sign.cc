@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/scan/orientation/dipole.h"
+#include "core/scan/orientation/settings.h"
 
 namespace rilievo {
 
 double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
                    std::span<const int> members) {
-  const size_t samples = std::min<size_t>(kSampledPoints, members.size());
+  const size_t samples = std::min<size_t>(kCommon.sampled_points, members.size());
   double sum = 0, weight = 0;
   for (size_t s = 0; s < samples; ++s) {
     const int i = members[s * members.size() / samples];
@@ -22,15 +23,9 @@ double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
 }
 
 int OwnOutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
-  // Of closed surfaces the scans had 0.35 and more, under noise and with walls as thin as their
-  // noise too; streets and terrain, open to the sky, 0.2 and less.
-  constexpr double kClosed = 0.25;
-  // Of the most volume that so large a sheet could span: a hemisphere spans more than half, a
-  // street a fifth.
-  constexpr double kConvex = 0.4;
   const WindingField field(cloud, {members.begin(), members.end()});
   const double winding = MeanWinding(field, cloud, members);
-  if (std::abs(winding) > kClosed) return winding < 0 ? -1 : 1;
+  if (std::abs(winding) > kOutwardSign.closed) return winding < 0 ? -1 : 1;
 
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double weight = 0;
@@ -47,7 +42,7 @@ int OwnOutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
     volume += share * arm.dot(cloud.normals.col(i));
     lever += share * arm.norm();
   }
-  if (std::abs(volume) > kConvex * lever) return volume < 0 ? -1 : 1;
+  if (std::abs(volume) > kOutwardSign.convex * lever) return volume < 0 ? -1 : 1;
   return 0;
 }
 

@@ -10,19 +10,11 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/points/belonging.h"
+#include "core/points/settings.h"
 #include "core/scan/orientation/outward_sign.h"
+#include "core/scan/orientation/settings.h"
 
 namespace rilievo {
-namespace {
-
-// How far around a group, in its radii, another one counts.
-constexpr double kReach = 4;
-// Most points of a leaf.
-constexpr int kLeaf = 8;
-
-}  // namespace
-
 PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud)
     : patches_(patches),
       cloud_(cloud),
@@ -40,8 +32,8 @@ PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedClou
   for (int p = 0; p < patches.count; ++p) {
     sums_[p] = SumOfDipoles(cloud, MembersOf(p), dipole_of);
     first_leaf_.push_back(static_cast<int>(leaves_.size()));
-    for (int begin = begin_[p]; begin < begin_[p + 1]; begin += kLeaf) {
-      const int end = std::min(begin + kLeaf, begin_[p + 1]);
+    for (int begin = begin_[p]; begin < begin_[p + 1]; begin += kPatchDipoles.leaf) {
+      const int end = std::min(begin + kPatchDipoles.leaf, begin_[p + 1]);
       const std::span points(members_.data() + begin, members_.data() + end);
       leaves_.push_back({SumOfDipoles(cloud, points, dipole_of), begin, end});
     }
@@ -58,7 +50,7 @@ Dipole PatchDipoles::DipoleOfPoint(int point) const {
 
 double PatchDipoles::Between(const Leaf& a, const Leaf& b) const {
   if (AreFar(a.all, b.all)) return rilievo::Agreement(a.all.sum, b.all.sum);
-  std::array<Dipole, kLeaf> there;
+  std::array<Dipole, kPatchDipoles.leaf> there;
   for (int m = b.begin; m < b.end; ++m) there[m - b.begin] = DipoleOfPoint(members_[m]);
   double sum = 0;
   for (int m = a.begin; m < a.end; ++m) {
@@ -109,15 +101,13 @@ absl::StatusOr<std::optional<double>> PatchDipoles::Relation(double balance,
                                                              std::span<const SignedNode> a,
                                                              std::span<const SignedNode> b,
                                                              const RunContext& context) const {
-  // Balances of votes that an agreement of 1 is worth: on simulated scenes 7 and 10 did as well.
-  constexpr double kWorth = 10;
   if (SizeOf(b) < SizeOf(a)) std::swap(a, b);
   int points = 0;
   for (const SignedNode& node : a) points += static_cast<int>(MembersOf(node.node).size());
-  if (points < kFewestOfPlane) return balance;
+  if (points < kCommon.fewest_of_plane) return balance;
   RILIEVO_ASSIGN_OR_RETURN(const double agreement, Agreement(a, b, context));
-  const double both = balance + kWorth * agreement;
-  if (std::abs(both) > kSureBalance) return both;
+  const double both = balance + kPatchDipoles.worth * agreement;
+  if (std::abs(both) > kSignedGraph.sure_balance) return both;
   const OrientedCloud alone = CloudOf(a);
   std::vector<int> all(alone.spacing.size());
   std::iota(all.begin(), all.end(), 0);
@@ -142,7 +132,7 @@ absl::StatusOr<double> PatchDipoles::Agreement(std::span<const SignedNode> a,
   double sum = 0;
   for (const SignedNode& there : b) {
     const DipoleSum& patch = sums_[there.node];
-    const double reach = kReach * radius + patch.radius;
+    const double reach = kPatchDipoles.reach * radius + patch.radius;
     if ((patch.sum.position - center).squaredNorm() > reach * reach) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     for (const SignedNode& here : a) {

@@ -5,22 +5,9 @@
 #include <utility>
 
 #include "core/base/quantile.h"
+#include "core/scan/orientation/settings.h"
 
 namespace rilievo {
-namespace {
-
-// A normal is of length 1 within this, which rounding to two digits keeps.
-constexpr double kLengthTolerance = 0.1;
-// Least shares of what is believed. Normals of another surface, or of none, have a median |cosine|
-// of 0.5; those of the same points from neighbourhoods of another size 0.97 or more, under noise
-// 0.9.
-constexpr double kLeastAlignment = 0.75;
-// See ConsistencyOf: the stations of the simulated scenes reach at least 0.62 (a street of 20 000
-// points); a station that is wrongly placed outside a closed surface stays below 0.1.
-constexpr double kLeastShare = 0.5;
-
-}  // namespace
-
 SideVotes StationVotes(const PointSights& sights, const OrientedCloud& cloud,
                        SightFigures* figures) {
   SideVotes votes;
@@ -46,7 +33,7 @@ SideVotes NormalVotes(const PointSights& sights, const OrientedCloud& cloud,
     const double length = given.stableNorm();
     if (length == 0 || !std::isfinite(length)) continue;
     ++figures->points;
-    if (std::abs(length - 1) > kLengthTolerance) continue;
+    if (std::abs(length - 1) > kSightVotes.length_tolerance) continue;
     votes[i] = static_cast<float>(cloud.normals.col(i).dot(given / length));
     cosines.push_back(std::abs(votes[i]));
   }
@@ -85,13 +72,16 @@ double ConsistencyOf(const SideVotes& votes, const std::vector<float>& weights,
   return total > 0 ? left / total : 0;
 }
 
-bool UsableEnough(const SightFigures& figures) { return figures.usable >= kLeastShare; }
+bool UsableEnough(const SightFigures& figures) { return figures.usable >= kSightVotes.least_share; }
 
-bool AlignedEnough(const SightFigures& figures) { return figures.alignment >= kLeastAlignment; }
+bool AlignedEnough(const SightFigures& figures) {
+  return figures.alignment >= kSightVotes.least_alignment;
+}
 
 bool IsBelieved(SightRule rule, const SightFigures& figures) {
   if (rule != SightRule::kAuto) return rule == SightRule::kUse && figures.points > 0;
-  return UsableEnough(figures) && AlignedEnough(figures) && figures.consistency >= kLeastShare;
+  return UsableEnough(figures) && AlignedEnough(figures) &&
+         figures.consistency >= kSightVotes.least_share;
 }
 
 }  // namespace rilievo

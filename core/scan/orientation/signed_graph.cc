@@ -10,6 +10,7 @@
 
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
+#include "core/scan/orientation/settings.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
@@ -164,11 +165,10 @@ class Contraction {
 
   // None where they stay apart.
   absl::StatusOr<std::optional<bool>> AreOpposite(int a, int b, const Bundle& between) {
-    // By how much the links grow before the relation is asked again: that of large groups is dear.
-    constexpr double kGrowth = 1.05;
     const double balance = between.total > 0 ? between.net / between.total : 0;
-    if (!relation_ || std::abs(balance) > kSureBalance) return balance < 0;
-    if (between.asked > 0 && between.total < kGrowth * between.asked) return std::nullopt;
+    if (!relation_ || std::abs(balance) > kSignedGraph.sure_balance) return balance < 0;
+    if (between.asked > 0 && between.total < kSignedGraph.growth * between.asked)
+      return std::nullopt;
     RILIEVO_ASSIGN_OR_RETURN(const std::optional<double> relation,
                              relation_(balance, MembersOf(a), MembersOf(b)));
     if (relation) return *relation < 0;

@@ -22,10 +22,6 @@ struct SignedNode {
   int sign;
 };
 
-// The balance of the links between two groups of nodes, the sum of their weights over that of the
-// sizes of these, from which it counts as sure: a tenth of the weight is against the rest.
-inline constexpr double kSureBalance = 0.8;
-
 // Whether two groups of nodes whose links contradict each other have the same sign, > 0, or
 // opposite ones, < 0; none where they had better stay apart. `balance`: of the links between them.
 // CANCELLED when stopped.

@@ -6,13 +6,14 @@
 #include <span>
 #include <utility>
 
+#include "core/scan/orientation/settings.h"
+
 namespace rilievo {
 namespace {
 
-constexpr size_t kLeafPoints = 8;
-constexpr size_t kChildren = 4;
-
-double FarFrom(double radius, double blur) { return kFarRadii * std::sqrt(radius * radius + blur); }
+double FarFrom(double radius, double blur) {
+  return kDipole.far_radii * std::sqrt(radius * radius + blur);
+}
 
 }  // namespace
 
@@ -23,10 +24,12 @@ WindingField::WindingField(const OrientedCloud& cloud, std::vector<int> members)
 }
 
 void WindingField::AddLeaves() {
-  std::vector<Cell> leaves((members_.size() + kLeafPoints - 1) / kLeafPoints);
+  std::vector<Cell> leaves((members_.size() + kWindingNumber.leaf_points - 1) /
+                           kWindingNumber.leaf_points);
   for (size_t leaf = 0; leaf < leaves.size(); ++leaf) {
     Cell& cell = leaves[leaf];
-    const size_t begin = leaf * kLeafPoints, end = std::min(members_.size(), begin + kLeafPoints);
+    const size_t begin = leaf * kWindingNumber.leaf_points,
+                 end = std::min(members_.size(), begin + kWindingNumber.leaf_points);
     static_cast<DipoleSum&>(cell) =
         SumOfDipoles(cloud_, std::span(members_).subspan(begin, end - begin),
                      [this](int i) { return DipoleOf(cloud_, i); });
@@ -37,10 +40,11 @@ void WindingField::AddLeaves() {
 
 void WindingField::AddLevel() {
   const std::vector<Cell>& below = levels_.back();
-  std::vector<Cell> level((below.size() + kChildren - 1) / kChildren);
+  std::vector<Cell> level((below.size() + kWindingNumber.children - 1) / kWindingNumber.children);
   for (size_t at = 0; at < level.size(); ++at) {
     Cell& cell = level[at];
-    const size_t begin = at * kChildren, end = std::min(below.size(), begin + kChildren);
+    const size_t begin = at * kWindingNumber.children,
+                 end = std::min(below.size(), begin + kWindingNumber.children);
     for (size_t child = begin; child < end; ++child) {
       const Cell& part = below[child];
       cell.sum.position += part.size * part.sum.position;
@@ -69,11 +73,12 @@ void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d&
   if ((seen.sum.position - position).squaredNorm() > seen.far * seen.far) {
     visit(seen.sum);
   } else if (level == 0) {
-    const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
-    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, members_[m]));
+    const size_t end = std::min(members_.size(), (cell + 1) * kWindingNumber.leaf_points);
+    for (size_t m = cell * kWindingNumber.leaf_points; m < end; ++m)
+      visit(DipoleOf(cloud_, members_[m]));
   } else {
-    const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
-    for (size_t child = cell * kChildren; child < end; ++child) {
+    const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kWindingNumber.children);
+    for (size_t child = cell * kWindingNumber.children; child < end; ++child) {
       ForEachSeen(level - 1, child, position, visit);
     }
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/control/settings.h"
 #include "core/control/spherical/octahedron.h"
 #include "tests/unit/control/control_test_meshes.h"
 
@@ -167,7 +168,7 @@ TEST(DefaultControlFaces, FollowsThePointsWithinBounds) {
   EXPECT_EQ(DefaultControlFaces(30'000), 1000);
   EXPECT_EQ(DefaultControlFaces(1'000'000), 12'000);
   EXPECT_EQ(DefaultControlFaces(3'000'000), 25'000);
-  EXPECT_EQ(DefaultControlFaces(1'000'000'000), kMostControlFaces);
+  EXPECT_EQ(DefaultControlFaces(1'000'000'000), kControlOptions.most_control_faces);
 }
 
 TEST(TopologyName, NamesAreTheCommandLines) {

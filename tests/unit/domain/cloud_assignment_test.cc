@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/points/settings.h"
 #include "tests/unit/domain/analytic_scenes.h"
 
 namespace rilievo {
@@ -35,7 +36,7 @@ std::vector<int> SampleOfPoint(const Scene& scene, const CloudAssignment& assign
 double NearestAgreeing(const Scene& scene, int point) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int s = 0; s < scene.samples.size(); ++s) {
-    if (scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)) <= kSameSheet) {
+    if (scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)) <= kCommon.same_sheet) {
       continue;
     }
     nearest =
@@ -84,7 +85,8 @@ TEST(CloudAssignment, KeepsTheSheetsOfAThinWallApart) {
   int checked = 0;
   for (int s = 0; s < scene.samples.size(); ++s) {
     for (int point : assignment.PointsOf(s)) {
-      EXPECT_GT(scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)), kSameSheet);
+      EXPECT_GT(scene.cloud.normals.col(point).dot(scene.surface.normals.col(s)),
+                kCommon.same_sheet);
       ++checked;
     }
   }

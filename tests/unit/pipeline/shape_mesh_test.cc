@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/codec/container/dss.h"
+#include "core/control/settings.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/domain_of_mesh.h"
 #include "core/pipeline/sample_heights.h"
@@ -316,12 +317,12 @@ TEST(ShapeMeshTest, BordersAreExactWhereThatIsAsked) {
         std::max(farthest, std::min(std::abs(mesh.vertices(2, v)), std::abs(mesh.vertices(0, v))));
   }
   EXPECT_GT(on_border, 100);
-  EXPECT_LT(farthest, kExactBorder * made->report.diagonal);
+  EXPECT_LT(farthest, kControlOptions.exact_border * made->report.diagonal);
   // Its two corners are the surface's.
   for (const Eigen::Index corner : {cap.points.cols() - 101, cap.points.cols() - 1}) {
     const double off =
         (mesh.vertices.colwise() - cap.points.col(corner)).colwise().norm().minCoeff();
-    EXPECT_LT(off, kExactBorder * made->report.diagonal);
+    EXPECT_LT(off, kControlOptions.exact_border * made->report.diagonal);
   }
   EXPECT_LT(ErrorOf(cap, *made).rms, 2e-4);
   // Of a scan there is no such border.

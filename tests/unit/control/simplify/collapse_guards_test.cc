@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/control/simplify/settings.h"
 #include "tests/scans/random.h"
 #include "tests/unit/control/control_test_meshes.h"
 
@@ -57,7 +58,8 @@ struct Shape {
         const Vector3d cross = (made[1] - made[0]).cross(made[2] - made[0]);
         const Vector3d old_cross = (old[1] - old[0]).cross(old[2] - old[0]);
         if (!(cross.dot(normals[f].cast<double>()) >= turn * cross.norm())) return false;
-        if (was > 0.02 && cross.dot(old_cross) < kLeastUpright * cross.norm() * old_cross.norm()) {
+        if (was > 0.02 && cross.dot(old_cross) <
+                              kCollapseGuards.least_upright * cross.norm() * old_cross.norm()) {
           return false;
         }
       }

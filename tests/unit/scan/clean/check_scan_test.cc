@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "core/scan/clean/settings.h"
 #include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
@@ -163,7 +164,7 @@ TEST(CheckScanTest, FarPartsOfARealSceneStay) {
 }
 
 TEST(CheckScanTest, RefusesTooFewWithCounts) {
-  KnownCloud sphere = SphereCloud(kMinScanPoints + 4, 12);
+  KnownCloud sphere = SphereCloud(kCheckScan.min_scan_points + 4, 12);
   sphere.cloud.points.col(0).setConstant(std::numeric_limits<double>::quiet_NaN());
   for (int i = 1; i < 5; ++i) sphere.cloud.points.col(i) = sphere.cloud.points.col(5);
   const auto scan = Check(sphere.cloud);
@@ -171,7 +172,7 @@ TEST(CheckScanTest, RefusesTooFewWithCounts) {
   EXPECT_THAT(scan.status().message(), HasSubstr("19 distinct finite points"));
   EXPECT_THAT(scan.status().message(), HasSubstr("1 non-finite, 4 duplicates"));
   EXPECT_EQ(Check(PointCloud{}).status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_TRUE(Check(SphereCloud(kMinScanPoints, 13).cloud).ok());
+  EXPECT_TRUE(Check(SphereCloud(kCheckScan.min_scan_points, 13).cloud).ok());
 }
 
 TEST(CheckScanTest, RefusesIdenticalPoints) {

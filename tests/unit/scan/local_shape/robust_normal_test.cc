@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/scan/local_shape/settings.h"
 #include "tests/scans/random.h"
 
 namespace rilievo {
@@ -75,7 +76,7 @@ int WrongBesideAnEdge(int neighbors, int trials) {
 TEST(RobustNormalTest, BesideAnEdgeIsThatOfItsOwnSide) {
   EXPECT_LE(WrongBesideAnEdge(16, 200), 4);
   EXPECT_LE(WrongBesideAnEdge(50, 200), 4);  // the first 17 count
-  EXPECT_LE(WrongBesideAnEdge(kFewestRobustNeighbors, 200), 30);
+  EXPECT_LE(WrongBesideAnEdge(kRobustNormal.fewest_robust_neighbors, 200), 30);
 }
 
 // The wall of a hole of radius 5 through a plate of thickness 2: half of the neighbours are of the
@@ -115,7 +116,7 @@ TEST(RobustNormalTest, IsTheGivenOneWhereFewNeighborsSettleNothing) {
   Random random(5);
   const Vector3d plane = Vector3d(1, 2, 3).normalized();
   const Eigen::Matrix3Xd points = Square(4, &random);
-  EXPECT_EQ(NormalAtOrigin(points, 0, plane, kFewestRobustNeighbors - 1), plane);
+  EXPECT_EQ(NormalAtOrigin(points, 0, plane, kRobustNormal.fewest_robust_neighbors - 1), plane);
   EXPECT_EQ(NormalAtOrigin(Eigen::Matrix3Xd::Zero(3, 16), 0, plane), plane);  // all in one place
 }
 

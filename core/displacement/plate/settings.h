@@ -1,21 +1,9 @@
-// The constants of the height solve, each with its unit and where it comes from.
+// Settings of displacement/plate.
 #pragma once
 
-namespace rilievo {
+#include "core/base/ablation.h"
 
-// How the foot of a point is found (feet/point_feet.h).
-struct FeetSettings {
-  int walk_steps = 40;    // triangles crossed before a walk is given up
-  int newton_steps = 8;   // to invert a prism
-  double arrived = 1e-2;  // distance from the point, in edges
-  double outside = 1e-4;  // barycentric coordinate below 0 that still counts as inside
-  double farthest = 50;   // barycentric coordinates of a step that diverged
-  // To points that have no prism: the length of the way, in spacings, and the least cosine between
-  // it and the limit normal.
-  double farthest_way = 4, along_way = 0.5;
-  static constexpr int tries = 24;  // nearest triangles from which a walk begins
-};
-inline constexpr FeetSettings kFeet;
+namespace rilievo {
 
 // The penalised least squares (solve_heights.h). Lengths are in local point spacings unless said
 // otherwise; the accuracy of the fit hardly changes within half and twice of each.
@@ -41,8 +29,8 @@ struct SolveSettings {
   // The filter that flat triangles are by themselves, in edges; measured by the trace of the fit
   // (Hutchinson 1990) where an edge is about a spacing.
   double filter_of_edge = 0.24;
-  // Residual at which a point's weight is a quarter, in the larger of its noise and kLittleNoise
-  // spacings.
+  // Residual at which a point's weight is a quarter, in the larger of its noise and
+  // kCommon.little_noise spacings.
   double robust_residual = 5;
   // Conjugate gradients: steps on each level, and where heights are only to be compared; and the
   // residual, relative to the right side, that ends them. With twice the steps RMS errors are the
@@ -53,6 +41,6 @@ struct SolveSettings {
   // filter is longer than `smoothed`; points of less weight than `least_weight` measure nothing.
   double reach = 2, smoothed = 0.7, least_weight = 0.25;
 };
-inline constexpr SolveSettings kSolve;
+RILIEVO_SETTINGS SolveSettings kSolve;
 
 }  // namespace rilievo
