@@ -98,7 +98,7 @@ absl::StatusOr<Measured> MeasureShape(const TriangleMesh& mesh, const std::vecto
   }
   if (!rays.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                             ClosestPointTree::Build(mesh.vertices, mesh.triangles, context));
+                             ClosestPointTree::Over(mesh.vertices, mesh.triangles, context));
     for (const ProbeRay& ray : rays) {
       measured.hits.push_back(tree.AlongRay(ray.from, ray.direction));
     }

@@ -28,9 +28,9 @@ double NearShare(const Eigen::Matrix3Xd& from, const ClosestPointTree& to) {
 absl::Status CheckNear(const ControlMesh& mesh, const OrientedCloud& cloud,
                        const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree surface,
-                           ClosestPointTree::Build(mesh.vertices, mesh.faces, context));
+                           ClosestPointTree::Over(mesh.vertices, mesh.faces, context));
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree points,
-                           ClosestPointTree::Build(cloud.points, {}, context));
+                           ClosestPointTree::Over(cloud.points, {}, context));
   const double points_near = NearShare(cloud.points, surface);
   const double mesh_near = NearShare(mesh.vertices, points);
   if (std::min(points_near, mesh_near) >= kUserControlMesh.least_near_share)

@@ -138,8 +138,8 @@ absl::StatusOr<ClosestPointFinder> ClosestPointFinder::Build(const DisplacedSurf
     }
   }
   RILIEVO_ASSIGN_OR_RETURN(made.tree_,
-                           ClosestPointTree::Build(made.vertices_, made.triangles_, context,
-                                                   static_cast<int>(lattice.cols())));
+                           ClosestPointTree::Over(made.vertices_, made.triangles_, context,
+                                                  static_cast<int>(lattice.cols())));
   return made;
 }
 

@@ -85,7 +85,8 @@ absl::StatusOr<double> ErrorOf(const EncodedSurface& encoded, const ControlOptio
 }  // namespace
 
 Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
-  const Eigen::Index stride = (points.cols() + kMostSomePoints - 1) / kMostSomePoints;
+  const Eigen::Index most = kCertificate.certified_samples;
+  const Eigen::Index stride = (points.cols() + most - 1) / most;
   Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
   for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
   return some;

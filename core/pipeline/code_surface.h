@@ -55,9 +55,8 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded);
 // The error that the heights are coded with; unset where the options ask for a step or for bytes.
 std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded);
 
-// Enough for an RMS to 1 %.
-inline constexpr int64_t kMostSomePoints = kCertificate.certified_samples;
-// Points spread evenly over the scan, for they are in Morton order; at most kMostSomePoints.
+// Points spread evenly over the scan, for they are in Morton order; at most
+// kCertificate.certified_samples.
 Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points);
 
 // With figures that take as many bytes as any, so that a size kept with them is kept with the true

@@ -64,8 +64,8 @@ absl::StatusOr<std::vector<int>> FaceOfEach(const OrientedCloud& cloud, const Co
       EvaluateLimit(refinement, mesh.vertices, kHeightsInParts.search_level, context));
   const Eigen::Matrix3Xi triangles = FinestFaces(refinement);
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                           ClosestPointTree::Build(limit.positions, triangles, context,
-                                                   1 << (2 * kHeightsInParts.search_level)));
+                           ClosestPointTree::Over(limit.positions, triangles, context,
+                                                  1 << (2 * kHeightsInParts.search_level)));
   const auto agrees = [&](int64_t point, int item) {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     for (const int v : triangles.col(tree.source()[item])) normal += limit.normals.col(v);

@@ -51,8 +51,8 @@ double NoiseOf(const std::vector<float>& across) {
 absl::Status LayAgain(const Shape& surface, const std::vector<uint8_t>& again,
                       const RunContext& context, PointsOnSurface* points) {
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                           ClosestPointTree::Build(surface.vertices, surface.triangles, context,
-                                                   surface.children_per_face));
+                           ClosestPointTree::Over(surface.vertices, surface.triangles, context,
+                                                  surface.children_per_face));
   return ParallelFor(points->points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
     int hint = -1;
     for (int64_t i = begin; i < end; ++i) {

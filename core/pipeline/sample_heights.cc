@@ -15,6 +15,7 @@
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
+#include "core/pipeline/certificate.h"
 #include "core/pipeline/heights_in_parts.h"
 #include "core/pipeline/settings.h"
 #include "core/surface/stored_surface.h"
@@ -38,6 +39,47 @@ int ChooseLevel(const ReconstructOptions& options, int64_t points, double spacin
   int level = LevelAsDenseAs(static_cast<double>(points) / (blur * blur), control_faces);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;
+}
+
+// The smooth surface is the mesh that was given, but for the rounding of its vertices. A height
+// beyond that comes of a needle, whose normal says nothing.
+void DropHeightsOfNeedles(double position_step, DisplacementField* field) {
+  const double most = std::numbers::sqrt3 / 2 * position_step;
+  for (float& height : field->heights) {
+    if (std::abs(height) > most) height = 0;
+  }
+}
+
+// With the limit surface of all of the mesh at once. `field`: found in parts, or empty.
+absl::Status MeasureAtOnce(const ScanSurface& scan, const Domain& domain, const ControlMesh& mesh,
+                           int level, const ReconstructOptions& options,
+                           const PipelineContext& context, DisplacementField* field, Shape* shape) {
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
+  const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
+  const LevelRings rings =
+      level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
+                           EvaluateLimit(refinement, mesh.vertices, level, context));
+  if (field->heights.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(*field, SampleDisplacement(scan.cloud, refinement, rings, limit,
+                                                        options.displacement, context));
+  }
+  if (options.control.fills_holes()) {
+    RILIEVO_RETURN_IF_ERROR(
+        ContinueCurvature(refinement, rings, limit, options.displacement, context, field));
+  }
+  if (domain.is_given) DropHeightsOfNeedles(domain.position_step, field);
+  // The border of the smooth surface is exact, and heights would leave it along its normals.
+  for (size_t v = 0; scan.borders.any() && v < field->heights.size(); ++v) {
+    if (refinement.levels.back().boundary_vertex[v] != 0) field->heights[v] = 0;
+  }
+  shape->vertices = std::move(limit.positions);
+  for (int64_t v = 0; v < limit.normals.cols(); ++v) {
+    shape->vertices.col(v) += double{field->heights[v]} * limit.normals.col(v);
+  }
+  shape->triangles = FinestFaces(refinement);
+  shape->children_per_face = 1 << (2 * level);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
@@ -66,42 +108,19 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
         field, MeasureHeightsInParts(scan.cloud, mesh, cutter, level, kSampleHeights.part_vertices,
                                      options.displacement, context));
   }
-  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
-  const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
-  const LevelRings rings =
-      level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
-  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
-                           EvaluateLimit(refinement, mesh.vertices, level, context));
-  if (!in_parts) {
-    RILIEVO_ASSIGN_OR_RETURN(field, SampleDisplacement(scan.cloud, refinement, rings, limit,
-                                                       options.displacement, context));
-  }
-  if (options.control.fills_holes()) {
+  const bool needs_all = options.control.fills_holes() || scan.borders.any();
+  if (!in_parts || needs_all) {
     RILIEVO_RETURN_IF_ERROR(
-        ContinueCurvature(refinement, rings, limit, options.displacement, context, &field));
+        MeasureAtOnce(scan, sampled.domain, mesh, level, options, context, &field, &sampled.shape));
+  } else if (sampled.domain.is_given) {
+    DropHeightsOfNeedles(sampled.domain.position_step, &field);
   }
-  if (sampled.domain.is_given) {
-    // The smooth surface is the mesh, but for the rounding of its vertices. A height beyond that
-    // comes of a needle, whose normal says nothing.
-    const double most = std::numbers::sqrt3 / 2 * sampled.domain.position_step;
-    for (float& height : field.heights) {
-      if (std::abs(height) > most) height = 0;
-    }
-  }
-  // The border of the smooth surface is exact, and heights would leave it along its normals.
-  for (size_t v = 0; scan.borders.any() && v < field.heights.size(); ++v) {
-    if (refinement.levels.back().boundary_vertex[v] != 0) field.heights[v] = 0;
-  }
-  Shape& shape = sampled.shape;
-  shape.vertices = std::move(limit.positions);
-  for (int64_t v = 0; v < limit.normals.cols(); ++v) {
-    shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
-  }
-  shape.triangles = FinestFaces(refinement);
-  shape.children_per_face = 1 << (2 * level);
   surface.heights = std::move(field.heights);
   surface.sources = std::move(field.source);
   sampled.leverage = field.leverage;
+  if (in_parts && !needs_all && options.measure) {
+    RILIEVO_ASSIGN_OR_RETURN(sampled.shape, FinestTriangles(surface, context));
+  }
   return sampled;
 }
 

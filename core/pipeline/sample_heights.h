@@ -17,7 +17,7 @@ namespace rilievo {
 struct SampledSurface {
   Domain domain;             // the one given, or cut and fitted once more
   DisplacedSurface surface;  // over its mesh, rounded
-  Shape shape;               // of the finest level, unit frame
+  Shape shape;               // of the finest level, unit frame; may be empty without measuring
   double leverage = 1;       // as in SolvedHeights
 };
 

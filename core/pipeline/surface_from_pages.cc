@@ -24,7 +24,8 @@ namespace {
 // SomePoints() of all `count` points of the surface.
 absl::StatusOr<Eigen::Matrix3Xd> SomeOfPages(const PointsOfPages& points, int64_t count,
                                              const RunContext& context) {
-  const int64_t stride = std::max<int64_t>(1, (count + kMostSomePoints - 1) / kMostSomePoints);
+  const int64_t most = kCertificate.certified_samples;
+  const int64_t stride = std::max<int64_t>(1, (count + most - 1) / most);
   std::vector<Eigen::Vector3d> some;
   int64_t seen = 0;
   for (int page = 0; page < points.count(); ++page) {

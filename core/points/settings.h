@@ -44,7 +44,8 @@ struct CommonSettings {
   // Points that are asked what is at a place: the nearest ones; more at borders and creases, where
   // those may lie on another sheet; around an edge, a disc of 3.5 spacings' radius; and those that
   // stand for all of a scan where a mean or a median will do.
-  int near_points = 8, points_by_border = 32, points_by_edge = 48, sampled_points = 256;
+  static constexpr int near_points = 8, points_by_edge = 48;
+  int points_by_border = 32, sampled_points = 256;
   // Fewer points tell nothing; and nothing of a plane, as that of a patch or of a side of an edge.
   int fewest_witnesses = 3, fewest_of_plane = 6;
   // Rounds in which points and sides find each other.

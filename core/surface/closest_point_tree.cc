@@ -240,11 +240,24 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int children_
   return absl::OkStatus();
 }
 
-absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd& vertices,
-                                                         const Eigen::Matrix3Xi& triangles,
+absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(Eigen::Matrix3Xd vertices,
+                                                         Eigen::Matrix3Xi triangles,
                                                          const RunContext& context,
                                                          int children_per_face) {
+  RILIEVO_ASSIGN_OR_RETURN(ClosestPointTree tree,
+                           Over(vertices, triangles, context, children_per_face));
+  tree.own_vertices_ = std::move(vertices);
+  tree.own_triangles_ = std::move(triangles);
+  return tree;
+}
+
+absl::StatusOr<ClosestPointTree> ClosestPointTree::Over(const Eigen::Matrix3Xd& vertices,
+                                                        const Eigen::Matrix3Xi& triangles,
+                                                        const RunContext& context,
+                                                        int children_per_face) {
   ClosestPointTree tree;
+  tree.vertices_ = vertices.data();
+  tree.triangles_ = triangles.data();
   tree.points_ = triangles.cols() == 0;
   const int count = static_cast<int>(tree.points_ ? vertices.cols() : triangles.cols());
   const int corner_count = tree.points_ ? 1 : 3;
@@ -297,22 +310,6 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
     tree.items_[i] =
         centers[i / children_per_face].face * children_per_face + i % children_per_face;
   }
-  centers = std::vector<Center>();
-  tree.vertices_.resize(3, vertices.cols());
-  if (!tree.points_) {
-    tree.corners_.resize(3, count);
-    tree.vertices_ = vertices.colwise() - tree.origin_;
-  }
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const int item = tree.items_[i];
-      if (tree.points_) {
-        tree.vertices_.col(i) = corner(item, 0);
-      } else {
-        tree.corners_.col(i) = triangles.col(item);
-      }
-    }
-  }));
   return tree;
 }
 

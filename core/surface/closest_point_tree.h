@@ -23,10 +23,19 @@ class ClosestPointTree {
   // `children_per_face`: a power of four; so many triangles in a row come of one by repeated
   // quartering, as those of a subdivision surface do. The tree takes their order over where it
   // would sort them.
-  static absl::StatusOr<ClosestPointTree> Build(const Eigen::Matrix3Xd& vertices,
-                                                const Eigen::Matrix3Xi& triangles,
+  static absl::StatusOr<ClosestPointTree> Build(Eigen::Matrix3Xd vertices,
+                                                Eigen::Matrix3Xi triangles,
                                                 const RunContext& context,
                                                 int children_per_face = 1);
+  // The same, and the coordinates and indices stay the caller's: they must outlive the tree. (The
+  // matrices may be moved, for what they hold stays where it is.)
+  static absl::StatusOr<ClosestPointTree> Over(const Eigen::Matrix3Xd& vertices,
+                                               const Eigen::Matrix3Xi& triangles,
+                                               const RunContext& context,
+                                               int children_per_face = 1);
+  ClosestPointTree() = default;
+  ClosestPointTree(ClosestPointTree&&) = default;
+  ClosestPointTree& operator=(ClosestPointTree&&) = default;
 
   // The item nearest to `point`; `hint` (an item index, e.g. the result for a point close by)
   // makes the search shorter and never changes the distance. -1: no hint.
@@ -99,15 +108,23 @@ class ClosestPointTree {
   template <typename Best>
   void Search(const Eigen::Vector3d& local, Best* best) const;
   double SquaredDistanceToItem(const Eigen::Vector3d& local, int item) const;
+  // From the origin: of an item that is a triangle its k-th corner.
+  Eigen::Vector3d CornerOf(int item, int k) const {
+    const int64_t given = items_[item];
+    const int64_t vertex = points_ ? given : triangles_[3 * given + k];
+    return Eigen::Map<const Eigen::Vector3d>(vertices_ + 3 * vertex) - origin_;
+  }
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the corners
   double box_scale_ = 1;                              // box = box_scale_ * corner: within [-1, 1]
   bool points_ = false;
   int run_bits_ = 0;
   std::vector<int> items_;
-  Eigen::Matrix3Xd vertices_;  // from the origin; in the order of the items where these are points
-  Eigen::Matrix3Xi corners_;   // of each item in `vertices_`; empty where the items are points
-  std::vector<Node> nodes_;    // node 0 is the root
+  Eigen::Matrix3Xd own_vertices_;  // of Build()
+  Eigen::Matrix3Xi own_triangles_;
+  const double* vertices_ = nullptr;  // three coordinates each
+  const int* triangles_ = nullptr;  // three vertices each, as given; unused where items are points
+  std::vector<Node> nodes_;         // node 0 is the root
 };
 
 }  // namespace rilievo

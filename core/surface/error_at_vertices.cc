@@ -16,7 +16,7 @@ absl::StatusOr<VertexErrors> ErrorAtVertices(const TriangleMesh& mesh,
     return absl::InvalidArgumentError("the error is that of a surface; the input has points only");
   }
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                           ClosestPointTree::Build(mesh.vertices, mesh.triangles, context));
+                           ClosestPointTree::Over(mesh.vertices, mesh.triangles, context));
   std::vector<ClosestPointTree::Hit> hits(static_cast<size_t>(points.cols()), {0, -1});
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {

@@ -56,7 +56,7 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
 }
 
 absl::StatusOr<ClosestPointTree> TreeOf(const Shape& shape, const RunContext& context) {
-  return ClosestPointTree::Build(shape.vertices, shape.triangles, context, shape.children_per_face);
+  return ClosestPointTree::Over(shape.vertices, shape.triangles, context, shape.children_per_face);
 }
 
 // The vertices in the order in which the triangles of `order` first name them, so that neighbours

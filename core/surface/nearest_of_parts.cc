@@ -25,7 +25,7 @@ absl::Status NearestOfParts::Ask(const Shape& part, double reach, const RunConte
   if (asking.empty()) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
-      ClosestPointTree::Build(part.vertices, part.triangles, context, part.children_per_face));
+      ClosestPointTree::Over(part.vertices, part.triangles, context, part.children_per_face));
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<double> found,
       SquaredDistances(

@@ -10,10 +10,8 @@ namespace rilievo {
 using Eigen::Vector3d;
 
 double ClosestPointTree::SquaredDistanceToItem(const Vector3d& local, int item) const {
-  if (points_) return (local - vertices_.col(item)).squaredNorm();
-  const auto corner = corners_.col(item);
-  return SquaredDistanceToTriangle(local, vertices_.col(corner[0]), vertices_.col(corner[1]),
-                                   vertices_.col(corner[2]));
+  if (points_) return (local - CornerOf(item, 0)).squaredNorm();
+  return SquaredDistanceToTriangle(local, CornerOf(item, 0), CornerOf(item, 1), CornerOf(item, 2));
 }
 
 namespace {

@@ -98,10 +98,9 @@ std::vector<ClosestPointTree::RayHit> ClosestPointTree::AlongRay(const Vector3d&
       }
       const Run run = RunOf(node.child[k]);
       for (int item = run.first; item < run.first + run.count; ++item) {
-        const auto corners = corners_.col(item);
         RayHit hit{0, items_[item], false, Vector3d::Zero()};
-        if (ray.Meets(vertices_.col(corners[0]), vertices_.col(corners[1]),
-                      vertices_.col(corners[2]), &hit.at, &hit.from_behind, &hit.weights) &&
+        if (ray.Meets(CornerOf(item, 0), CornerOf(item, 1), CornerOf(item, 2), &hit.at,
+                      &hit.from_behind, &hit.weights) &&
             hit.at >= 0) {
           hits.push_back(hit);
         }

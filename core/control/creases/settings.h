@@ -22,7 +22,7 @@ struct ClassifyEdgesSettings {
 RILIEVO_SETTINGS ClassifyEdgesSettings kClassifyEdges;
 
 struct FeaturePlanesSettings {
-  int most_points = 128;  // gathered around a face: the size of its arrays
+  static constexpr int most_points = 128;  // gathered around a face: the size of its arrays
 };
 RILIEVO_SETTINGS FeaturePlanesSettings kFeaturePlanes;
 

@@ -16,7 +16,7 @@ absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector
                                                  const ControlMesh& mesh,
                                                  const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                           ClosestPointTree::Build(mesh.vertices, mesh.faces, context));
+                           ClosestPointTree::Over(mesh.vertices, mesh.faces, context));
   std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
   int hint = -1;
   for (const Eigen::Vector3d& point : points) {

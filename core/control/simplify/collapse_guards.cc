@@ -49,7 +49,7 @@ bool CollapseGuards::ClearlyKeepShape(int vertex, int other, const Vector3d& pos
                                       double roundness) const {
   const Vector3d& a = positions_[vertex];
   const double least_turn = kCollapseGuards.clearly * least_turn_cosine_ * least_turn_cosine_;
-  constexpr double kLeastStep =
+  const double kLeastStep =
       kCollapseGuards.clearly * kCollapseGuards.least_upright * kCollapseGuards.least_upright;
   const double least_roundness = kCollapseGuards.clearly * roundness * roundness;
   bool clear = true;

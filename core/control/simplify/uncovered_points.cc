@@ -82,7 +82,7 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceOf(control, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
-      ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.children_per_face));
+      ClosestPointTree::Over(surface.vertices, surface.faces, context, surface.children_per_face));
   const int64_t most = kUncoveredPoints.points_per_face * control.faces.cols();
   const int64_t stride = (cloud.points.cols() + most - 1) / most;  // along a Morton curve
   constexpr int kNone = -1;                                        // in reach

@@ -30,8 +30,8 @@ absl::StatusOr<ClosestPointTree> SearchTree(const LoopRefinement& refinement,
                                             const Eigen::Matrix3Xd& places,
                                             const RunContext& context) {
   const MeshTopology& level = refinement.levels[SearchLevel(refinement)];
-  return ClosestPointTree::Build(places, level.faces, context,
-                                 level.face_count() / refinement.levels.front().face_count());
+  return ClosestPointTree::Over(places, level.faces, context,
+                                level.face_count() / refinement.levels.front().face_count());
 }
 
 // A point in the coordinates of a prism.

@@ -101,7 +101,7 @@ HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights
 // Weights of the points within the coarse tolerance: 1 / h^2, under which least squares are those
 // of the logarithm.
 Heights Weights(const Heights& heights, const Tolerance& tolerance, const Patch& patch) {
-  constexpr double kFlatten =
+  const double kFlatten =
       kCommon.noise_deviations * kCommon.noise_deviations;  // no single point decides
   return patch.ones() * (heights.square() < tolerance.coarse)
                             .select(tolerance.fine / (heights.square() + kFlatten * tolerance.fine),

@@ -51,8 +51,8 @@ struct QuadricResidualSettings {
 RILIEVO_SETTINGS QuadricResidualSettings kQuadricResidual;
 
 struct RobustNormalSettings {
-  int most_points = 18;  // the point itself and 17 neighbours
-  int nearest = 9;       // neighbours of which pairs span planes
+  static constexpr int most_points = 18;  // the point itself and 17 neighbours
+  int nearest = 9;                        // neighbours of which pairs span planes
   // Heights that a plane explains: the finest scale, noise added, and the coarsest.
   double fine_spacings = 0.005;
   double coarse_spacings = 0.2;
@@ -97,7 +97,7 @@ struct ThickNoiseSettings {
   double quantile = 0.4;
   // Of a neighbourhood along the tangent plane, and of the ball that it is taken from.
   int fit_points = 60;
-  int most_ball_points = 4096;
+  static constexpr int most_ball_points = 4096;
   double ball_growth = 200;
   // Balls for the noise that the one before has shown, while it grows.
   int looks = 3;

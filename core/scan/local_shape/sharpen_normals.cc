@@ -24,7 +24,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Squared noises from which a point counts no more.
-constexpr double kBeyond = kCommon.noise_deviations * kCommon.noise_deviations;
+const double kBeyond = kCommon.noise_deviations * kCommon.noise_deviations;
 
 using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kCommon.points_by_edge, 1>;
 

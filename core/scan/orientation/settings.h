@@ -77,7 +77,7 @@ struct PatchDipolesSettings {
   // How far around a group, in its radii, another one counts.
   double reach = 4;
   // Most points of a leaf.
-  int leaf = 8;
+  static constexpr int leaf = 8;
   // Balances of votes that an agreement of 1 is worth: on simulated scenes 7 and 10 did as well.
   double worth = 10;
 };
