@@ -156,6 +156,10 @@ absl::Status SetByName(std::string_view name, double value) {
   if (settings.empty()) return CannotChange();
   for (const NamedSetting& setting : settings) {
     if (setting.name != name) continue;
+    if (setting.whole && value != std::round(value)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(std::string(name), " is a count, and ", value, " is none"));
+    }
     setting.set(value);
     return absl::OkStatus();
   }

@@ -158,13 +158,13 @@ absl::Status Run(const Arguments& arguments) {
           absl::StrCat("--only ", shape, ": the shapes are ", absl::StrJoin(shapes, ", ")));
     }
   }
+  for (const std::string& text : arguments.set) RILIEVO_RETURN_IF_ERROR(Set(text));
   if (arguments.ablation) {
     return MeasureAblation(SubjectsFor(arguments), arguments.without, arguments.seeds).status();
   }
   if (arguments.sensitivity) {
     return MeasureSensitivity(SubjectsFor(arguments), arguments.of, arguments.seeds).status();
   }
-  for (const std::string& text : arguments.set) RILIEVO_RETURN_IF_ERROR(Set(text));
   for (const std::string& name : arguments.without) RILIEVO_RETURN_IF_ERROR(LeaveOutByName(name));
   std::vector<AccuracyRow> rows;
   for (const SubjectName& name : SubjectsFor(arguments)) {

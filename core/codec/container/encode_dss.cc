@@ -10,7 +10,6 @@
 #include "core/codec/bytes/chunk.h"
 #include "core/codec/container/dss.h"
 #include "core/codec/container/dss_header.h"
-#include "core/codec/container/encode_dss_blocks.h"
 #include "core/codec/container/encode_file.h"
 #include "core/codec/heights/edge_rules.h"
 #include "core/codec/heights/encode_smoothed_flags.h"
@@ -18,15 +17,10 @@
 #include "core/codec/mesh/border_coder.h"
 #include "core/codec/mesh/face_groups.h"
 #include "core/loop/refinement.h"
-#include "core/surface/heights_in_memory.h"
-#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 namespace {
 
-// A surface with more vertices is coded in blocks of groups, each of so many, two or more at a
-// time.
-constexpr int64_t kMostVerticesAtOnce = 600'000, kBlockVertices = 1 << 16;
 constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
 absl::Status CheckStep(double step, const char* name) {
   if (step > 0 && step <= kMaxStep) return absl::OkStatus();
@@ -49,8 +43,10 @@ absl::Status CheckHeights(const DisplacedSurface& surface, double step) {
   return absl::OkStatus();
 }
 
-absl::Status CheckHeightCount(const DisplacedSurface& surface, const MeshTopology& control) {
-  const int64_t expected = VertexCountAt(control, surface.max_level);
+absl::Status CheckHeightCount(const DisplacedSurface& surface, const LoopRefinement& refinement) {
+  const MeshTopology& last = refinement.levels.back();
+  const int64_t expected =
+      last.vertex_count + (surface.max_level > 0 ? int64_t{last.edge_count()} : 0);
   if (static_cast<int64_t>(surface.heights.size()) == expected &&
       surface.sources.size() == surface.heights.size()) {
     return absl::OkStatus();
@@ -122,23 +118,16 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
     return absl::InvalidArgumentError(
         absl::StrCat("max_level is ", surface.max_level, ", must be 0 to ", kMaxLoopLevel));
   }
-  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(surface.control_mesh));
-  RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, cutter.topology()));
-  RILIEVO_RETURN_IF_ERROR(CheckHeights(surface, FirstHeightStep(options)));
-  RILIEVO_ASSIGN_OR_RETURN(const DssDraft draft,
-                           DraftDss(surface.frame, surface.control_mesh, cutter.topology(),
-                                    surface.max_level, metadata, options));
-  const bool grouped = draft.header.group_limit > 0;
-  if (grouped && surface.max_level >= kFirstGroupedLevel && !options.keep_zero_border &&
-      static_cast<int64_t>(surface.heights.size()) > kMostVerticesAtOnce) {
-    const HeightsInMemory heights(surface, cutter.topology());
-    return EncodeDraftInBlocks(draft, Stored(surface, heights), cutter, options, kBlockVertices,
-                               context);
-  }
   // The new vertices of the finest level are the edges of the one before.
   RILIEVO_ASSIGN_OR_RETURN(
       const LoopRefinement refinement,
       RefineTopology(surface.control_mesh, std::max(0, surface.max_level - 1), context));
+  RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, refinement));
+  RILIEVO_RETURN_IF_ERROR(CheckHeights(surface, FirstHeightStep(options)));
+  RILIEVO_ASSIGN_OR_RETURN(const DssDraft draft,
+                           DraftDss(surface.frame, surface.control_mesh, refinement.levels[0],
+                                    surface.max_level, metadata, options));
+  const bool grouped = draft.header.group_limit > 0;
   RILIEVO_ASSIGN_OR_RETURN(
       const std::unique_ptr<HeightEncoder> encoder,
       grouped ? HeightEncoder::MakeGrouped(surface, refinement, options.smallest_hole, draft.groups,

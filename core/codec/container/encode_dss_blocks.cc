@@ -43,16 +43,6 @@ absl::StatusOr<EncodedSurface> EncodeDssBlocks(const StoredSurface& surface,
                                                const EncodeOptions& options, int64_t block_vertices,
                                                const RunContext& context, GatherBytes gather) {
   RILIEVO_ASSIGN_OR_RETURN(const DssDraft draft, DraftBlocks(surface, cutter, metadata, options));
-  return EncodeDraftInBlocks(draft, surface, cutter, options, block_vertices, context,
-                             std::move(gather));
-}
-
-absl::StatusOr<EncodedSurface> EncodeDraftInBlocks(const DssDraft& draft,
-                                                   const StoredSurface& surface,
-                                                   const PartCutter& cutter,
-                                                   const EncodeOptions& options,
-                                                   int64_t block_vertices,
-                                                   const RunContext& context, GatherBytes gather) {
   const EncodeBlocks blocks(surface, cutter, draft.groups, block_vertices, std::move(gather));
   RILIEVO_ASSIGN_OR_RETURN(const std::unique_ptr<HeightEncoderBlocks> encoder,
                            HeightEncoderBlocks::Make(blocks, options.smallest_hole, context));

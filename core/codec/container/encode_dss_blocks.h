@@ -7,7 +7,6 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/codec/container/dss.h"
-#include "core/codec/container/encode_file.h"
 #include "core/codec/heights/encode_blocks.h"
 #include "core/surface/stored_surface.h"
 
@@ -23,12 +22,6 @@ absl::StatusOr<EncodedSurface> EncodeDssBlocks(const StoredSurface& surface,
                                                const DssMetadata& metadata,
                                                const EncodeOptions& options, int64_t block_vertices,
                                                const RunContext& context, GatherBytes gather = {});
-
-// The same with a draft that has groups, of a surface that may have any.
-absl::StatusOr<EncodedSurface> EncodeDraftInBlocks(
-    const DssDraft& draft, const StoredSurface& surface, const PartCutter& cutter,
-    const EncodeOptions& options, int64_t block_vertices, const RunContext& context,
-    GatherBytes gather = {});
 
 // What another process does that shares `gather` with the one that calls EncodeDssBlocks(), with
 // the same arguments but for the metadata: it takes part in coding the heights, to the end. The
