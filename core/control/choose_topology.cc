@@ -8,6 +8,7 @@
 #include "core/control/spherical/star_shape.h"
 
 namespace rilievo {
+
 absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
                                               const RunContext& context) {
   // Each keeps one thread busy.

@@ -16,7 +16,7 @@ struct ContinueCurvatureSettings {
   double band_share = 1.0 / 3;       // of the radius: where heights around it are smoothed
   double least_double_area = 1e-16;  // of a triangle, unit frame
   double least_share = 0.25;         // of a third of the faces around, in an area
-  int most_continued = 1 << 14;
+  int most_continued = 1 << 14;      // vertices that move together; a larger hole keeps its plate
 };
 RILIEVO_SETTINGS ContinueCurvatureSettings kContinueCurvature;
 
@@ -25,7 +25,7 @@ struct SampleColorsSettings {
   // Median distances of the points' colours from those at their feet at which a point counts a
   // quarter, but of a channel's 256 values no fewer than `least_scale`.
   double scales = 4;
-  double least_scale = 4;
+  double least_scale = 4;  // of 256 values
   // Sums are taken in integers, so that their order does not show.
   double units = 1 << 16;
 };

@@ -10,6 +10,7 @@
 #include "core/domain/settings.h"
 
 namespace rilievo {
+
 absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, const PointIndex& index,
                                                 const DomainSamples& samples,
                                                 const SampledSurface& surface,

@@ -12,6 +12,7 @@
 #include "core/domain/settings.h"
 
 namespace rilievo {
+
 absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& options,
                              const RunContext& context, FootPointSearch* search, FitState* state) {
   const AreaShares areas = ShareArea(samples, state->surface);

@@ -30,9 +30,9 @@ struct ScaledSurface {
 // of level max_level becomes `size`, about its middle, while all that depends on the control points
 // of a feature moves as a whole, to where the scaling takes the middle of its line. All others take
 // the least-squares solution of a Ceres Problem: second differences (umbrellas) as near as possible
-// to those of the scaled control mesh, and positions near to it with kPositionWeight. Heights stay.
-// The factors are corrected until the box is met to 1e-10 of the diagonal, since heights do not
-// scale and features do not either.
+// to those of the scaled control mesh, and positions near to it with kScaleSurface.position_weight.
+// Heights stay. The factors are corrected until the box is met to 1e-10 of the diagonal, since
+// heights do not scale and features do not either.
 //
 // INVALID_ARGUMENT for a size that is not finite and positive, a feature without a length or
 // radius, and one that holds no part of the surface; FAILED_PRECONDITION when two features share

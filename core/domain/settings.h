@@ -10,9 +10,9 @@ namespace rilievo {
 struct CloudAssignmentSettings {
   // More points than this a sample tell the fit nothing new.
   int64_t points_per_sample = 8;
-  int64_t small_cloud = 150'000;
+  int64_t small_cloud = 150'000;  // points that are all taken
   // Nearest samples among which one with an agreeing normal is looked for.
-  int candidates = 12;
+  static constexpr int candidates = 12;
 };
 RILIEVO_SETTINGS CloudAssignmentSettings kCloudAssignment;
 
@@ -44,7 +44,7 @@ struct FillByArcsSettings {
   double near_spacings = 1.5, near_noises = 4;
   // Sweeps end when no vertex moves by so much of the diagonal any more, or after so many.
   double rest = 1e-7;
-  int most_sweeps = 2000;
+  int most_sweeps = 2000;  // that many
   // Over-relaxation: a sweep goes farther than it was asked.
   double over = 1.7;
   // Control points move by what their limits are off, in turn, with those of so many rings around
@@ -106,8 +106,8 @@ RILIEVO_SETTINGS LeastSquaresFitSettings kLeastSquaresFit;
 struct MinimizeEnergySettings {
   double forcing = 0.1;              // of a step's mean gain: a step that gains less is the last
   int max_conjugate_gradients = 30;  // steps of a round
-  // Of the energy at the start, by the square root of it in the coordinates below: what could still
-  // be gained is next to nothing. Ceres complains of slopes below 1e-12.
+  // Of the energy at the start, by the square root of it in the coordinates of the samples: what
+  // could still be gained is next to nothing. Ceres complains of slopes below 1e-12.
   double least_gradient = 2e-6;
   // Of the slope of a line at its start: a parabola is met exactly by the second trial at the
   // latest.

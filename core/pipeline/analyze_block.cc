@@ -6,6 +6,7 @@
 #include "core/base/status_macros.h"
 
 namespace rilievo {
+
 OrientedCloud CloudInScanFrame(ScanSurface scan) {
   const SpatialFrame& frame = scan.frame;
   OrientedCloud cloud = std::move(scan.cloud);

@@ -90,8 +90,10 @@ double PositionStepOf(const ScanSurface& scan, const ReconstructOptions& options
 absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context,
                           ControlMesh* mesh) {
   for (int halvings = 0;; ++halvings) {
-    RILIEVO_ASSIGN_OR_RETURN(const BorderMiss miss,
-                             FitBorder(borders, kFitDomain.miss_of_borders, context, mesh));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const BorderMiss miss,
+        FitBorder(borders, kFitDomain.miss_of_borders * kControlOptions.exact_border, context,
+                  mesh));
     if (miss.far.empty() || halvings == kFitDomain.most_halvings) return absl::OkStatus();
     *mesh = HalveEdges(*mesh, miss.far);
   }
@@ -119,7 +121,8 @@ std::vector<int> CornersAmong(const std::vector<int>& vertices, const ControlMes
 
 int BorderDigitsOf(const Domain& domain) {
   if (!domain.has_exact_border) return 0;
-  const double finer = std::ceil(std::log2(domain.position_step / kFitDomain.step_of_borders));
+  const double finer = std::ceil(std::log2(
+      domain.position_step / (kFitDomain.step_of_borders * kControlOptions.exact_border)));
   return static_cast<int>(std::clamp<double>(finer, 0, kMostBorderDigits));
 }
 
@@ -166,10 +169,12 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
     domain.fit.control_mesh.vertices(Eigen::all, corners) = mesh.vertices(Eigen::all, corners);
     RILIEVO_ASSIGN_OR_RETURN(
         const BorderMiss miss,
-        FitBorder(scan.borders, kFitDomain.miss_of_borders, context, &domain.fit.control_mesh));
+        FitBorder(scan.borders, kFitDomain.miss_of_borders * kControlOptions.exact_border, context,
+                  &domain.fit.control_mesh));
     RILIEVO_ASSIGN_OR_RETURN(
         const BorderMiss other,
-        FitBorder(scan.borders, kFitDomain.miss_of_borders, context, &unmoved));
+        FitBorder(scan.borders, kFitDomain.miss_of_borders * kControlOptions.exact_border, context,
+                  &unmoved));
     if (other.most < miss.most) domain.fit.control_mesh = std::move(unmoved);
     const double step = std::ldexp(domain.position_step, -BorderDigitsOf(domain));
     domain.border_miss = std::min(miss.most, other.most) + std::numbers::sqrt3 / 2 * step;

@@ -118,14 +118,13 @@ absl::StatusOr<PointMedians> MediansOfPages(const PagedScan& pages, const ScanSu
   if (count <= kPagesToThin.pages_of_run) {
     RILIEVO_ASSIGN_OR_RETURN(sample, ReadPages(pages, 0, count, context));
   } else {
+    const int64_t pages_of_sampled = kPagesToThin.pages_of_run / kPagesToThin.sampled_runs;
     sample.resize(3, kPagesToThin.pages_of_run * kPagePoints);
     for (int64_t run = 0; run < kPagesToThin.sampled_runs; ++run) {
       // The last page of all may not be full.
-      const int64_t begin =
-          (count - 1 - kPagesToThin.pages_of_sampled_run) * run / (kPagesToThin.sampled_runs - 1);
-      RILIEVO_ASSIGN_OR_RETURN(
-          const Eigen::Matrix3Xd points,
-          ReadPages(pages, begin, begin + kPagesToThin.pages_of_sampled_run, context));
+      const int64_t begin = (count - 1 - pages_of_sampled) * run / (kPagesToThin.sampled_runs - 1);
+      RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points,
+                               ReadPages(pages, begin, begin + pages_of_sampled, context));
       sample.middleCols(run * points.cols(), points.cols()) = points;
     }
   }

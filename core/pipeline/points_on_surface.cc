@@ -132,7 +132,7 @@ DistanceSummary SummaryOf(const std::vector<float>& away) {
   const auto count = static_cast<double>(away.size());
   summary.rms = std::sqrt(squared / count);
   summary.mean = sum / count;
-  summary.p95 = Quantile(away, kPointsOnSurface.most);
+  summary.p95 = Quantile(away, 0.95);
   summary.max = *std::max_element(away.begin(), away.end());
   return summary;
 }

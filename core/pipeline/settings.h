@@ -5,12 +5,12 @@
 #include <limits>
 
 #include "core/base/ablation.h"
-#include "core/control/settings.h"
 
 namespace rilievo {
 
 struct AnalyzePagesSettings {
-  double near_spacings = 3;  // a thinned point this far from the page's points has none of its own
+  double near_spacings =
+      3;  // of a thinned point: what is no farther from it takes its place and normal
 };
 RILIEVO_SETTINGS AnalyzePagesSettings kAnalyzePages;
 
@@ -25,8 +25,8 @@ RILIEVO_SETTINGS CertificateSettings kCertificate;
 struct CoarseSurfaceSettings {
   // Points that the coarse pass sees of a scan with thick noise, for each that tells of shape.
   int64_t sampled_of_telling = 2;
-  int64_t thinned_per_face = 4;
-  double points_per_vertex = 4;
+  int64_t thinned_per_face = 4;  // fewest thinned points of a control face
+  double points_per_vertex = 4;  // of the coarse surface
 };
 RILIEVO_SETTINGS CoarseSurfaceSettings kCoarseSurface;
 
@@ -40,15 +40,15 @@ struct CodeSurfaceSettings {
   // Of an error asked for. Where it cannot be measured: what the surface errs between the points is
   // not all in its own error.
   double aim_measured = 0.985, aim = 0.96;
-  double noise_room = 1.12;
+  double noise_room = 1.12;              // sqrt(1 + 0.5^2): see NoiseAllows()
   double finest = 1e-7, coarsest = 0.1;  // EncodeOptions::max_error
   // Of KeepError().
   double close = 0.98;  // of the error asked for: bytes to be won above are not worth it
   // Of it, between that and 1; a narrower bracket of coding errors is not divided further.
   double keep_aim = 0.99;
-  double least_factor = 0.4, most_factor = 1.6;
-  double wide = 1.0 / 3;
-  double spacings = 1.0 / 80;
+  double least_factor = 0.4, most_factor = 1.6;  // of the coding error, from one trial to the next
+  double wide = 1.0 / 3;                         // a figure that takes as many bytes as any
+  double spacings = 1.0 / 80;  // the least error of a surface between its points: see OwnError()
   // How often the heights are coded and measured once more, at most.
   int keep_error_rounds = 6;
 };
@@ -86,23 +86,24 @@ struct FitDomainSettings {
   // RMS distance of the points from the domain, in standard deviations of their noise. At a fifth
   // of the faces smooth objects came to 1.14 under little noise, of which the nearest points show
   // too little, and to 1.04 at most from the ratio to the spacing on at which its scale is known
-  // (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
+  // (kThickNoise.understated_noise); thin walls and detail to 1.8 and more, and to 1.11.
   double most_noise = 1.22, most_known_noise = 1.07;
   int fewest_exact = 24;  // faces
-  int level_of_reach = 3, samples_of_reach = 20'000;
+  int level_of_reach = 3,
+      samples_of_reach =
+          20'000;  // where the reach of a coarser domain is measured, and at so many places
   // Of position steps.
   double coarsest_step = 5e-3;
-  double finest_of_lines = 1e-4;
+  double finest_of_lines = 1e-4;  // the finest where known lines ask for it
   // How far the curve may be off, and the coarsest step of its points: rounding moves them by
   // sqrt(3) / 2 of it at most. Lines cut along a curved shape are off by kTrimTolerance. Together
-  // less than kControlOptions.exact_border.
-  double miss_of_borders = 0.65 * kControlOptions.exact_border,
-         step_of_borders = 0.15 * kControlOptions.exact_border;
+  // less than 1.
+  double miss_of_borders = 0.65, step_of_borders = 0.15;  // of kControlOptions.exact_border
   // Of edges of the border, each to half of its length.
   int most_halvings = 4;
   double of_short_edges = 0.1, short_share = 0.05;  // the edge that 5 % are shorter than
-  double of_coding_error = 4;
-  int edges_per_crease = 50;  // a part with fewer creases than that counts as smooth
+  double of_coding_error = 4;  // what flat parts are rounded to, in the coding error
+  int edges_per_crease = 50;   // a part with fewer creases than that counts as smooth
   // No heights take up the rounding of control points where there are no points.
   double step_where_filled = 1e-3;
 };
@@ -146,7 +147,7 @@ struct PagesToThinSettings {
   // Pages are read and analyzed so many at a time.
   int64_t pages_of_run = 64;
   // Those that the medians come of, where the scan has more.
-  int64_t sampled_runs = 16, pages_of_sampled_run = pages_of_run / sampled_runs;
+  int64_t sampled_runs = 16;
 };
 RILIEVO_SETTINGS PagesToThinSettings kPagesToThin;
 
@@ -155,7 +156,6 @@ struct PointsOnSurfaceSettings {
   // A point that is this many times farther off along the surface than across it lies beyond a
   // border.
   double beyond = 2;
-  double most = 0.95;
 };
 RILIEVO_SETTINGS PointsOnSurfaceSettings kPointsOnSurface;
 
@@ -175,7 +175,7 @@ struct ReportWarningsSettings {
 RILIEVO_SETTINGS ReportWarningsSettings kReportWarnings;
 
 struct SampleHeightsSettings {
-  double noises = 2.5;  // distance of vertices where noise is larger than the spacing
+  double noises = 2.5;  // distance of vertices where these are more than the spacing
   // The heights of so many vertices take 0.1 GB to find; those of twice as many are found at once.
   int64_t part_vertices = 300'000;
 };
@@ -223,7 +223,7 @@ struct UpdateSurfaceSettings {
   // Of the points that contradict the surface, those that may still do so in the end.
   double most_unreached = 0.1;
   double leverage = 1.0 / 16;  // of most heights; the file does not tell
-  double usual_step = 2e-5;
+  double usual_step = 2e-5;    // of heights, where the file has none
 };
 RILIEVO_SETTINGS UpdateSurfaceSettings kUpdateSurface;
 

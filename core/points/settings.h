@@ -12,11 +12,11 @@ struct BatchedNearestSettings {
   // Measured along Morton curves. In reaches: how far the places of a run may lie from their
   // middle, and how far beyond them points are gathered.
   double run_radius = 1.5, margin = 1.25;
-  int64_t most_places = 64;
-  int fewest_places = 4;  // for fewer, gathering does not pay
+  int64_t most_places = 64;  // of a run
+  int fewest_places = 4;     // for fewer, gathering does not pay
   // A place that lies alone would have its run gather all of a dense part.
   int most_gathered = 1024;
-  int most_counted = 128;
+  int most_counted = 128;  // points that are sorted by counting; more of them as usual
 };
 RILIEVO_SETTINGS BatchedNearestSettings kBatchedNearest;
 
@@ -42,10 +42,10 @@ struct CommonSettings {
   // points tell nothing of edges, and what they show of the noise is corrected in full.
   double clean_noise = 0.05, little_noise = 0.15, thick_noise_ratio = 0.5;
   // Points that are asked what is at a place: the nearest ones; more at borders and creases, where
-  // those may lie on another sheet; around an edge, a disc of 3.5 spacings' radius; and those that
-  // stand for all of a scan where a mean or a median will do.
-  static constexpr int near_points = 8, points_by_edge = 48;
-  int points_by_border = 32, sampled_points = 256;
+  // those may lie on another sheet; around an edge, a disc of 3.5 spacings' radius.
+  static constexpr int near_points = 8, points_by_border = 32, points_by_edge = 48;
+  // Those that stand for all of a scan where a mean or a median will do.
+  int sampled_points = 256;  // see above
   // Fewer points tell nothing; and nothing of a plane, as that of a patch or of a side of an edge.
   int fewest_witnesses = 3, fewest_of_plane = 6;
   // Rounds in which points and sides find each other.

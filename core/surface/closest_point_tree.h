@@ -14,8 +14,8 @@
 namespace rilievo {
 
 // A tree with four children a node, split at medians of the items' box centres. Boxes are float and
-// rounded outward; the items themselves are double and relative to the centre of them all. So a
-// distance is that of a search of all items, in double, wherever the shape lies.
+// rounded outward; the items themselves are double, and taken relative to the centre of them all.
+// So a distance is that of a search of all items, in double, wherever the shape lies.
 class ClosestPointTree {
  public:
   // `triangles` empty: the items are the points themselves. Indices must be in range, coordinates

@@ -71,7 +71,7 @@ def sources(rooms=None):
 def settings_of(path):
     found = []
     for struct in STRUCT.finditer(path.read_text()):
-        comment = False  # above the field, with no other field between
+        comment = False  # above the line, with no other field between
         statement = ""
         for line in struct["body"].split("\n"):
             code, _, words = line.partition("//")
@@ -84,12 +84,12 @@ def settings_of(path):
                 continue
             field = FIELD.search(statement)
             statement = ""
+            comment = False
             for part in split_declarators(field["fields"]) if field else []:
                 name, _, value = (word.strip() for word in part.partition("="))
                 found.append(Setting(f"{snake(struct['instance'][1:])}.{name}",
                                      f"{struct['instance']}.{name}", field["type"],
                                      " ".join(value.split()), explained, bool(field["fixed"]), path))
-            # A sentence may hold for the lines that follow it at once; see the structs.
     return found
 
 

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "core/base/ablation.h"
-#include "core/points/settings.h"
 
 namespace rilievo {
 
@@ -28,7 +27,7 @@ RILIEVO_SETTINGS FeaturePlanesSettings kFeaturePlanes;
 
 struct SharpEdgesSettings {
   // From half the angle of a sharp edge on one may lead on from it.
-  double leads_on = kCommon.sharp_angle / 2;
+  double leads_on = 0.5;  // of kCommon.sharp_angle
   // The edges beside a sharp one that are not sharp bend at most so much of what it does ...
   double beside = 1.0 / 3;
   // ... for this share of the length of all.
@@ -39,7 +38,7 @@ struct SharpEdgesSettings {
   double corner = 50 * std::numbers::pi / 180, turn_spacings = 0.5;
   // Lines with a free end are longer, in spacings.
   double shortest_loose_run = 6;
-  int most_steps = 32;
+  int most_steps = 32;  // from edge to edge, of those that stand for each other
 };
 RILIEVO_SETTINGS SharpEdgesSettings kSharpEdges;
 

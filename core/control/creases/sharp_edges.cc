@@ -145,7 +145,8 @@ class SharpEdges {
     int next = -1;
     double straightest = std::cos(kSharpEdges.corner);
     for (const int e : edges) {
-      if (is_sharp(e) || angles_[e] < kSharpEdges.leads_on || !IsClean(e)) continue;
+      if (is_sharp(e) || angles_[e] < kSharpEdges.leads_on * kCommon.sharp_angle || !IsClean(e))
+        continue;
       const double cosine = -Way(v, e).dot(Way(v, *last));
       if (cosine <= straightest) continue;
       straightest = cosine;

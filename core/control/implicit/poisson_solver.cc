@@ -7,6 +7,7 @@
 #include "core/control/implicit/settings.h"
 
 namespace rilievo {
+
 absl::Status SolvePoisson(ScreenedPoisson system, const RunContext& context,
                           std::vector<float>* values) {
   PoissonOperator matrix(system, context);

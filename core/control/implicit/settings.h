@@ -13,23 +13,23 @@ struct ImplicitFunctionSettings {
   double coarsest_cells = 28;
   // Free space around the box of the points at the coarsest level, in cells.
   int padding_cells = 5;
-  int max_levels = 9;
+  int max_levels = 9;  // of grids
   // A point is active at a level when its own spacing is at most this many cells.
   double spacing_per_cell = 2.5;
   // So many points are enough for the face of a cell.
   double points_per_cell = 5;
-  double most_stride = 1024;
+  double most_stride = 1024;  // one of so many points at the most stands for the others
   // A normal is inconsistent when the function, 1 from side to side, falls by this much from this
   // many cells behind the point to as many before it.
   double probe_cells = 0.75;
-  double inconsistent_drop = 0.15;
-  double few_turned = 5e-5;  // of all points: not worth another solution
+  double inconsistent_drop = 0.15;  // so much
+  double few_turned = 5e-5;         // of all points: not worth another solution
   // The most nodes of the finer grids together. Surfaces ask for 1 to 3 a point. Walls as thin as
   // the spacing ask for up to 15; of dense scans they are a small part. Points along curves would
   // have 50, most of the memory of a job; they get coarser cells.
   int64_t nodes_beside = 60'000, nodes_of_point = 16, nodes_of_further_point = 5;
-  int64_t few_points = 50'000;
-  int64_t nodes_of_cell = 9;  // of each that is cut into eight, about
+  int64_t few_points = 50'000;  // of which each may have nodes_of_point
+  int64_t nodes_of_cell = 9;    // of each that is cut into eight, about
 };
 RILIEVO_SETTINGS ImplicitFunctionSettings kImplicitFunction;
 

@@ -7,6 +7,7 @@
 #include "core/control/implicit/settings.h"
 
 namespace rilievo {
+
 void TangentDisc(const Eigen::Vector3d& normal, double radius, std::vector<Eigen::Vector3d>* disc) {
   std::vector<Eigen::Vector3d>& offsets = *disc;
   offsets.assign(1, Eigen::Vector3d::Zero());

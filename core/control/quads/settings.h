@@ -27,13 +27,13 @@ struct PairTrianglesSettings {
   double flat_corner = 4;
   // Steps across a smooth edge that crossing a crease, and ending at the boundary, are worth.
   double crease_steps = 8, boundary_steps = 4;
-  double least_squareness = 0.1;
-  int most_ways = 100;
+  double least_squareness = 0.1;  // of a quad
+  int most_ways = 100;            // along which a triangle looks for another one to pair with
 };
 RILIEVO_SETTINGS PairTrianglesSettings kPairTriangles;
 
 struct PolygonSetSettings {
-  double flat_cosine = -0.5;  // between the edges at a corner: above it the corner is flat
+  double flat_cosine = -0.5;  // between the edges at a corner: below it the corner is flat
 };
 RILIEVO_SETTINGS PolygonSetSettings kPolygonSet;
 

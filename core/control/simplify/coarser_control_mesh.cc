@@ -8,6 +8,7 @@
 #include "core/control/simplify/simplify_mesh.h"
 
 namespace rilievo {
+
 absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int target_faces,
                                                const RunContext& context) {
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4),

@@ -49,8 +49,8 @@ struct EdgeCollapserSettings {
   CollapseGrade coarse = {0.01, 3, 3};  // for faces that will not last
   int closed_floor = 20;                // faces a closed component keeps
   int open_floor = 8;                   // faces an open component keeps
-  int last_grade = 2;
-  float grade_cost = 4;
+  static constexpr int last_grade = 2;  // of these
+  float grade_cost = 4;                 // see above
   // A factor in [1, 1 + jitter), always the same for an edge. Without it the flat parts of a
   // regular grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
   double jitter = 0.5;
@@ -71,7 +71,7 @@ struct RelaxMeshSettings {
   // Pull to the neighbours' mean against the planes of the faces: holds a 90 degree crease to a few
   // hundredths of an edge and lets flat parts move freely.
   double pull = 0.01;
-  int shape_rounds = 2, relax_rounds = 3;
+  int shape_rounds = 2, relax_rounds = 3;  // of valences, and of relaxation in each
 };
 RILIEVO_SETTINGS RelaxMeshSettings kRelaxMesh;
 
@@ -92,7 +92,7 @@ struct UncoveredPointsSettings {
   // The surface is looked at in triangles of level 2, of level 1 where that has more than these,
   // for their tree takes memory: as the fit does with its samples.
   int64_t most_triangles = 120'000;
-  int interpolation_rounds = 3;
+  int interpolation_rounds = 3;  // that bring the limit to the vertices
   // More points than this a control face find nothing new.
   int64_t points_per_face = 32;
   // Noise carries single points that far with normals that are off too (1 to 4 of 100 000 points of

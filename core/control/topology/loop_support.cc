@@ -8,6 +8,7 @@
 #include "core/points/settings.h"
 
 namespace rilievo {
+
 bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
                              const Eigen::Matrix3Xd& normals) const {
   double points_around = 0, agreement = 0;

@@ -48,8 +48,8 @@ struct SurfaceSupportSettings {
   double support_agreement = 0.4;
   // A point supports what lies within so many of its spacings or of its noise.
   double support_spacings = 1.6, support_noises = 4;
-  double nearest_spacings = 0.9;
-  double one_sided = 0.5;
+  double nearest_spacings = 0.9;  // a place with no point nearer, and ...
+  double one_sided = 0.5;         // ... with points mostly on one side, lies beyond the border
   // What has no support within the surface is a hole that stays filled where it is at most this
   // wide, in spacings of the points around; wider ones are openings of the scan.
   double filled_hole_spacings = 10;
@@ -68,7 +68,7 @@ struct TrimUnmeasuredSettings {
   // A control face is looked at as so many triangles as two subdivisions make of it, and is
   // unmeasured when this share of their corners has no support.
   int level = 2;
-  double unmeasured_share = 0.75;
+  double unmeasured_share = 0.75;  // that share
   // From the middle of a gap, in its width, to vertices of its rims: these are half of it away, and
   // an edge between two may be as long.
   double reach_of_gap = 0.75;

@@ -36,7 +36,7 @@ struct SolveSettings {
   // residual, relative to the right side, that ends them. With twice the steps RMS errors are the
   // same within 0.02 %, and a million points take 1.4 times as long.
   int steps = 20, trial_steps = 10;
-  double residual = 1e-4;
+  double residual = 1e-4;  // that residual
   // Heights between points this far apart or nearer are measured, and flagged as smoothed where the
   // filter is longer than `smoothed`; points of less weight than `least_weight` measure nothing.
   double reach = 2, smoothed = 0.7, least_weight = 0.25;

@@ -7,6 +7,7 @@
 #include "core/displacement/regularize/settings.h"
 
 namespace rilievo {
+
 HeightBounds BoundsOf(int vertex, const LevelRings& rings, const LimitSurface& limit,
                       double max_height) {
   // Rounded down, for the nearest float may lie above the double.

@@ -27,12 +27,12 @@ struct FindFoliageSettings {
   float off_spacing = 0.2F, off_median = 2.5F;
   // Points whose neighbourhoods of so many rings hold more such points belong to it.
   int rings = 2;
-  float most_off = 1.0F / 3;
+  float most_off = 1.0F / 3;  // share of such points, from which the neighbourhood is foliage
   // A neighbourhood is a volume where its deviation across its plane is more than this share of the
   // deviation along it. Rods look like one over few rings, but not over many; so does noise up to
   // most of a spacing. Leaves are a volume over both.
   double volume = 0.35;
-  int volume_rings = 8;
+  int volume_rings = 8;  // the many
   // Components with fewer points that lie deep in volumes, as all their neighbours do, are details:
   // the foot of a thin wall is a volume too, but a narrow one.
   int fewest_leaves = 100;
@@ -49,7 +49,7 @@ struct RemoveOutliersSettings {
   double growth_off_sheets = 0.03;
   // Thicknesses of a sheet, and of the sheets of a scan, beyond which a point lies off them.
   double thicknesses_off = 4;
-  double sheet = 0.3;
+  double sheet = 0.3;          // thickness of a sheet against its spread
   double cloud_ratio = 0.33;   // thickness against spread; a sharp edge has more
   double cloud_sparse = 2.0;   // mean distance against the usual one
   double sheet_ratio = 0.2;    // thickness against spread of what is still a sheet

@@ -14,11 +14,11 @@ struct AdaptivePatchesSettings {
   // Noise against spacing from which rounds run on a thinned set: below, one round reaches clearly
   // further than the noise is thick.
   double thinning_ratio = 0.9;
-  int max_stride = 64;
+  int max_stride = 64;  // of the thinned set
   // Patches with more thickness than this against their spread say little of their plane.
   double thick = 0.15;
-  double trusted_error = 0.25;
-  double sharpest_bend = 0.45;
+  double trusted_error = 0.25;  // of the normal, radians: above, neighbours of all directions count
+  double sharpest_bend = 0.45;  // radians: neighbours that turn more belong to another side
 };
 RILIEVO_SETTINGS AdaptivePatchesSettings kAdaptivePatches;
 
@@ -35,10 +35,10 @@ struct EstimateNormalsSettings {
   double widened = 1.3;
   // Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
   double flat = 2;
-  double share = 0.35;
-  double quantile_of_gaussian = 0.91;
-  double bend_ratio = 6.0;     // of the noise variance, below which nothing bends
-  double flatter_ratio = 0.2;  // a curved surface stays above
+  double share = 0.35;  // quantile of the residuals of a stretch that is taken for their noise
+  double quantile_of_gaussian = 0.91;  // that of clean noise, over its deviation
+  double bend_ratio = 6.0;             // of the noise variance, below which nothing bends
+  double flatter_ratio = 0.2;          // a curved surface stays above
   // Variance across a patch in that of the noise: below, next to none of the points has two sides.
   double thicker = 1.5;
 };
@@ -55,9 +55,9 @@ struct RobustNormalSettings {
   int nearest = 9;                        // neighbours of which pairs span planes
   // Heights that a plane explains: the finest scale, noise added, and the coarsest.
   double fine_spacings = 0.005;
-  double coarse_spacings = 0.2;
-  double least_weight = 1e-9;  // of a point off the plane: else planes may have too few
-  double sine = 0.3;           // of the least angle at which two neighbours span a plane
+  double coarse_spacings = 0.2;  // the coarsest
+  double least_weight = 1e-9;    // of a point off the plane: else planes may have too few
+  double sine = 0.3;             // of the least angle at which two neighbours span a plane
   // Seven points lie on some quadric, of an edge too.
   int fewest_robust_neighbors = 9;
 };
@@ -69,7 +69,7 @@ struct SeparateSheetsSettings {
   // rod, 0.2 of sheets four deviations apart; the points between them are 0.21, 0.17, 0.14 and
   // 0.09.
   double clear_within = 0.2, clear_between = 0.09;
-  double beside_clear_within = 0.25, beside_clear_between = 0.13;
+  double beside_clear_within = 0.25, beside_clear_between = 0.13;  // beside such points
   // One of so many points is looked at first: a wall of any size holds more.
   int stride = 16;
   // Thickness of a list against its width below which nothing else lies in it.
@@ -97,8 +97,8 @@ struct ThickNoiseSettings {
   double quantile = 0.4;
   // Of a neighbourhood along the tangent plane, and of the ball that it is taken from.
   int fit_points = 60;
-  static constexpr int most_ball_points = 4096;
-  double ball_growth = 200;
+  static constexpr int most_ball_points = 4096;  // the most of a ball
+  double ball_growth = 200;  // points more, for the squared ratio of noise and spacing
   // Balls for the noise that the one before has shown, while it grows.
   int looks = 3;
   // Points of another sheet: they face away.
@@ -114,7 +114,7 @@ struct TwoSheetsSettings {
   double reject = 0.33;
   // From sheet to sheet along their plane, against the distance of points within one.
   double most_apart = 1.4;
-  int rounds = 3;
+  int rounds = 3;  // in which the sheets are told apart and their quadric is fitted
 };
 RILIEVO_SETTINGS TwoSheetsSettings kTwoSheets;
 

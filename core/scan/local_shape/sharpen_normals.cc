@@ -24,7 +24,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Squared noises from which a point counts no more.
-const double kBeyond = kCommon.noise_deviations * kCommon.noise_deviations;
+double Beyond() { return kCommon.noise_deviations * kCommon.noise_deviations; }
 
 using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kCommon.points_by_edge, 1>;
 
@@ -86,7 +86,7 @@ Plane FitPlane(const Moments& moments, const Vector3d& up) {
 // The quadric of all points over their plane.
 struct Quadric {
   Vector3d up;    // normal of the plane
-  double cost;    // squares of the points' distances, none above kBeyond
+  double cost;    // squares of the points' distances, none above Beyond()
   Values across;  // the points along the axis of the strongest curvature, in their radius
   bool bends_up = false;
 };
@@ -114,7 +114,7 @@ std::optional<Quadric> FitQuadric(const ScaledPatch& patch) {
   axes.computeDirect(hessian);
   const int strongest = std::abs(axes.eigenvalues()[0]) > std::abs(axes.eigenvalues()[1]) ? 0 : 1;
   const Eigen::Vector2d axis = axes.eigenvectors().col(strongest);
-  return Quadric{up, (off.square() / slant).min(kBeyond).sum(), axis.x() * x + axis.y() * y,
+  return Quadric{up, (off.square() / slant).min(Beyond()).sum(), axis.x() * x + axis.y() * y,
                  axes.eigenvalues()[strongest] > 0};
 }
 
@@ -138,8 +138,8 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
     // A ridge is the lower of its planes, a valley the higher.
     const Values off_one = one.Off(patch), off_two = two.Off(patch);
     on_one = (quadric.bends_up ? off_one < off_two : off_one > off_two).cast<double>();
-    squares = (on_one * off_one + (1 - on_one) * off_two).square().min(kBeyond);
-    weights = (squares < kBeyond).select(ones, kSharpenNormals.off_weight);
+    squares = (on_one * off_one + (1 - on_one) * off_two).square().min(Beyond());
+    weights = (squares < Beyond()).select(ones, kSharpenNormals.off_weight);
   }
   const double sum = on_one.sum();
   const double cost = squares.sum();
@@ -151,7 +151,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   const bool first_on_one = on_one[0] > 0;
   const Values on_side = first_on_one ? on_one : Values(1 - on_one);
   return Sides{cost, first_on_one ? one.normal : two.normal,
-               on_side * (squares < kBeyond).cast<double>()};
+               on_side * (squares < Beyond()).cast<double>()};
 }
 
 // What two planes save against a quadric, and the side of the first point.

@@ -10,6 +10,7 @@
 #include "core/scan/local_shape/settings.h"
 
 namespace rilievo {
+
 SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<const int> nearest,
                                      double radius)
     : count_(static_cast<int>(nearest.size())) {

@@ -15,6 +15,7 @@
 #include "core/scan/orientation/settings.h"
 
 namespace rilievo {
+
 PatchDipoles::PatchDipoles(const OrientationPatches& patches, const OrientedCloud& cloud)
     : patches_(patches),
       cloud_(cloud),

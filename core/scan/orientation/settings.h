@@ -8,7 +8,7 @@ namespace rilievo {
 struct DipoleSettings {
   // Radii from which a group of dipoles counts as one.
   double far_radii = 2;
-  double wider = 3;
+  double wider = 3;  // blur of a dipole, in that of its points
 };
 RILIEVO_SETTINGS DipoleSettings kDipole;
 
@@ -35,11 +35,11 @@ struct FlippedPatchesSettings {
   // votes on its rim that are for it. A flat one that is right would lose about one half; those
   // that were flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
   double least_gain = 0.15;
-  double least_votes = 0.1;
+  double least_votes = 0.1;  // that share
   // Share of the points in patches of few from which a face is not a surface: pins and leaves no
   // wider than the points are apart have 0.3, flipped faces 0.1 at most.
   double most_in_few = 0.2;
-  double least_mean = 0.5;
+  double least_mean = 0.5;   // length of the mean normal of a scan that faces one way
   size_t most_faces = 1500;  // the agreements between them are held in a square
 };
 RILIEVO_SETTINGS FlippedPatchesSettings kFlippedPatches;
@@ -49,7 +49,7 @@ struct OrientNormalsSettings {
   // What a given normal weighs against a station: it may be wrong, and half as much is outvoted by
   // the neighbours of a single point.
   float normal_weight = 0.5F;
-  double contested = 0.2;
+  double contested = 0.2;  // share of the votes against a group
 };
 RILIEVO_SETTINGS OrientNormalsSettings kOrientNormals;
 

@@ -8,6 +8,7 @@
 #include "core/scan/orientation/settings.h"
 
 namespace rilievo {
+
 SideVotes StationVotes(const PointSights& sights, const OrientedCloud& cloud,
                        SightFigures* figures) {
   SideVotes votes;
