@@ -9,7 +9,8 @@
 namespace rilievo {
 
 bool IsWorthHalving(int64_t points, int64_t points_of_larger_half) {
-  return static_cast<double>(points_of_larger_half) < kPageRuns.larger_half * static_cast<double>(points);
+  return static_cast<double>(points_of_larger_half) <
+         kPageRuns.larger_half * static_cast<double>(points);
 }
 
 int64_t PointsOfRun(const PageRun& run, int64_t size) {

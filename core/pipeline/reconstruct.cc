@@ -55,8 +55,9 @@ absl::Status PartSizes::Validate() const {
                                     {"part_points", part_points},
                                     {"block_vertices", block_vertices}}) {
     if (value >= kReconstruct.least_of_part && value <= kReconstruct.most_of_part) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        name, " = ", value, " must lie in [", kReconstruct.least_of_part, ", ", kReconstruct.most_of_part, "]"));
+    return absl::InvalidArgumentError(absl::StrCat(name, " = ", value, " must lie in [",
+                                                   kReconstruct.least_of_part, ", ",
+                                                   kReconstruct.most_of_part, "]"));
   }
   return absl::OkStatus();
 }

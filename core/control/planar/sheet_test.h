@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <span>
 
-
 namespace rilievo {
 
 // The widest gap at which `sorted` (ascending) breaks into two groups, each of at least two values
