@@ -14,7 +14,6 @@
 #include "core/control/simplify/uncovered_points.h"
 
 namespace rilievo {
-namespace {}  // namespace
 
 absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
                                              const PointIndex& index, CreaseRule creases,

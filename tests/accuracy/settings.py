@@ -98,7 +98,7 @@ def all_settings(rooms=None):
 
 
 def stray_constants():
-    """(path, name) of each numeric constexpr outside settings.h that is no structure."""
+    """(path, name) of each number somebody chose that is a constexpr outside settings.h."""
     for path in sources():
         if path.name == "settings.h":
             continue

@@ -14,7 +14,7 @@ struct NamedSetting {
   void (*set)(double);  // process-wide; while nothing else works
 };
 
-// All of them that are single numbers, or none in a build that cannot change them.
+// All settings that are single numbers. Empty in a build that cannot change them.
 std::vector<NamedSetting> AllSettings();
 
 }  // namespace rilievo
