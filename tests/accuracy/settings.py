@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Reads the settings of the stages that decide the geometry: the structs of their settings.h.
 
-  settings.py check             exit code 1 if a numeric constexpr stands elsewhere in these rooms, or
+  settings.py check             exit code 1 if a numeric constant stands elsewhere in these rooms, or
                                 a setting has no word of explanation
   settings.py table FILE.cc     C++ that changes settings by name, for builds with RILIEVO_ABLATION
   settings.py list              name, value, file
@@ -22,12 +22,14 @@ STRUCT = re.compile(
 FIELD = re.compile(r"(?P<fixed>static constexpr )?(?P<type>[\w:]+(?:<[^;=]*>)?) (?P<fields>\w+ = [^;]*);")
 NUMBERS = {"double", "float", "int", "int64_t", "size_t"}
 # What no measurement could choose: sizes of tasks and blocks that change no result, bits, lanes and
-# offsets of data structures, marks for nothing, terms of a polynomial, and bounds of formats.
+# offsets of data structures, tables of a cell, marks for nothing, factors of a formula, and bounds of
+# formats.
 STRUCTURE = re.compile(
     r"k(None|NoNode|Neither|GivenMesh|Far|Infinity|One|Half|Cells|Rows|Size|Places|PlaceStride|Block"
-    r"|QuadricTerms|EntriesOfFar|HashBytes|FilesOfParts|.*(PerTask|AtOnce|Bits|Lanes|Mask|Offset"
+    r"|QuadricTerms|EntriesOfFar|HashBytes|FilesOfParts|Cell(EdgeCorners|Faces)|Plate"
+    r"|.*(PerTask|AtOnce|Bits|Lanes|Mask|Offset"
     r"|ColumnStride|RowStride|OfBlock|MostParts))$")
-DECLARATION = re.compile(r"\bconstexpr\s+(?:[\w:]+(?:<[^;=]*?>)?)\s+(?P<rest>k\w+[^;]*);")
+DECLARATION = re.compile(r"\bconst(?:expr)?\s+(?:[\w:]+(?:<[^;=]*?>)?)\s+(?P<rest>k[A-Z]\w*[^;]*);")
 
 
 class Setting(NamedTuple):
@@ -98,7 +100,7 @@ def all_settings(rooms=None):
 
 
 def stray_constants():
-    """(path, name) of each number somebody chose that is a constexpr outside settings.h."""
+    """(path, name) of each number somebody chose that is a constant outside settings.h."""
     for path in sources():
         if path.name == "settings.h":
             continue
