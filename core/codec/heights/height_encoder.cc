@@ -19,6 +19,9 @@ namespace {
 constexpr int kRounds = 3, kMostRounds = 8;
 constexpr double kEnough = 0.35;
 constexpr double kCorrection = 0.75;
+// Of the share at which the error before quantisation is least: small changes vanish in dead zones,
+// so some more than that is better. Twice as much would leave the error as it is.
+constexpr double kMostCorrection = 1.5;
 // A coefficient over little measured surface counts as having this share of the level's mean gain.
 constexpr double kLeastGainShare = 0.4;
 
@@ -148,23 +151,41 @@ void HeightEncoder::FreeInnerHeights() {
 }
 
 // What is still wrong is told by the basis functions of each coefficient: they are not quite
-// orthogonal, so errors of one can be mended by others.
+// orthogonal, so errors of one can be mended by others, in a step of steepest descent that is
+// preconditioned by the gains.
 std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
-  std::vector<double> error(heights_.size());
+  std::vector<double> error(heights_.size()), change(heights_.size());
   for (size_t v = 0; v < error.size(); ++v) {
-    error[v] = weights_[v] * (heights_[v] - pass.state.heights[v] * pass.unit);
+    error[v] = heights_[v] - pass.state.heights[v] * pass.unit;
+    change[v] = weights_[v] * error[v];
   }
-  lifting_.Adjoint(error);
+  lifting_.Adjoint(change);
   for (int l = 0; l <= max_level_; ++l) {
     const double least = kLeastGainShare * mean_gains_[l];
     for (int v = lifting_.begin(l); v < lifting_.end(l); ++v) {
       const double gain = std::max(gains_.of_vertex[v], least);
-      const double change = gain > 0 ? kCorrection * error[v] / gain : 0;
-      error[v] = pass.coefficients[v] * pass.unit + change;
+      change[v] = gain > 0 ? change[v] / gain : 0;
     }
   }
-  for (const int v : zeros_) error[v] = 0;
-  return error;
+  const double share = ShareOfChange(error, change);
+  for (size_t v = 0; v < change.size(); ++v) {
+    change[v] = pass.coefficients[v] * pass.unit + share * change[v];
+  }
+  for (const int v : zeros_) change[v] = 0;
+  return change;
+}
+
+// Share of `change` of the coefficients to be added, given the heights' `error`. Where large faces
+// lie beside small ones many basis functions overlap, and the usual share would diverge.
+double HeightEncoder::ShareOfChange(const std::vector<double>& error,
+                                    std::vector<double> change) const {
+  lifting_.Synthesize(change);
+  double along = 0, squared = 0;
+  for (size_t v = 0; v < error.size(); ++v) {
+    along += weights_[v] * error[v] * change[v];
+    squared += weights_[v] * change[v] * change[v];
+  }
+  return kCorrection * squared <= kMostCorrection * along ? kCorrection : along / squared;
 }
 
 HeightSums HeightEncoder::SumsOf(const Pass& pass) const {

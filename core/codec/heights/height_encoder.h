@@ -150,6 +150,7 @@ class HeightEncoder : public HeightCoding {
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
+  double ShareOfChange(const std::vector<double>& error, std::vector<double> change) const;
   template <typename Coder>
   absl::Status RunRound(int round, double step, const RunContext& context, Pass& pass) const;
   HeightSums SumsOf(const Pass& pass) const;

@@ -189,6 +189,28 @@ TEST(HeightEncoderTest, FilledHeightsFarFromToldOnesAreFree) {
   EXPECT_LT(roughest, 1.5 * roughest_smooth);
 }
 
+// Rounds of correction take something off the error of even faces, and add little where large faces
+// lie beside small ones.
+TEST(HeightEncoderTest, CorrectionsConverge) {
+  constexpr int kRounds = 6;
+  for (const double unevenness : {1.0, 8.0, 30.0}) {
+    ControlMesh mesh = Torus(24, 20);
+    for (int v = 0; v < mesh.vertices.cols(); ++v) {
+      mesh.vertices.col(v) *= std::pow(unevenness, MixedUnit(v));
+    }
+    const DisplacedSurface surface = Measured(mesh, 4, 1e-4);
+    const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 3, RunContext());
+    const HeightEncoder encoder(surface, refinement, 1);
+    for (const double step : {1e-5, 1e-4, 1e-3}) {
+      const std::vector<double> rms = *encoder.RmsOfRounds(step, kRounds, RunContext());
+      const double most = unevenness == 1 ? 0.995 : 1.15;
+      for (int round = 1; round < kRounds; ++round) {
+        EXPECT_LT(rms[round], most * rms[0]) << unevenness << ", " << step << ", " << round;
+      }
+    }
+  }
+}
+
 // Smooth heights at a hundredth of their own size: far fewer bits than heights.
 TEST(HeightEncoderTest, SmoothHeightsTakeAFractionOfABit) {
   const DisplacedSurface surface = Measured(Torus(10, 8), 5, 0);
