@@ -56,7 +56,7 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
                              int smallest_hole, const HeightPlan* plan, bool keep_zero_border)
     : refinement_(refinement),
       max_level_(surface.max_level),
-      heights_(surface.heights.begin(), surface.heights.end()),
+      heights_(surface.heights),
       rings_(RingsIntoHoles(refinement, surface.max_level, kRimRings, FilledFlags(surface))),
       filled_(FilledFlags(surface)),
       lifting_(refinement, surface.max_level),
@@ -66,7 +66,7 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
   DropSmallHoles(refinement, max_level_, smallest_hole, filled_);
   has_filled_ = plan != nullptr ? plan->has_filled
                                 : std::find(filled_.begin(), filled_.end(), 1) != filled_.end();
-  targets_ = heights_;
+  targets_.assign(heights_.begin(), heights_.end());
   const bool planned = plan != nullptr && plan->chosen();
   if (planned) {
     lifting_.set_steps(plan->lifting);
@@ -150,15 +150,16 @@ void HeightEncoder::FreeInnerHeights() {
   }
 }
 
+double HeightEncoder::ErrorAt(size_t v, const Pass& pass) const {
+  return heights_[v] - pass.state.heights[v] * pass.unit;
+}
+
 // What is still wrong is told by the basis functions of each coefficient: they are not quite
 // orthogonal, so errors of one can be mended by others, in a step of steepest descent that is
 // preconditioned by the gains.
 std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
-  std::vector<double> error(heights_.size()), change(heights_.size());
-  for (size_t v = 0; v < error.size(); ++v) {
-    error[v] = heights_[v] - pass.state.heights[v] * pass.unit;
-    change[v] = weights_[v] * error[v];
-  }
+  std::vector<double> change(heights_.size());
+  for (size_t v = 0; v < change.size(); ++v) change[v] = weights_[v] * ErrorAt(v, pass);
   lifting_.Adjoint(change);
   for (int l = 0; l <= max_level_; ++l) {
     const double least = kLeastGainShare * mean_gains_[l];
@@ -167,7 +168,7 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
       change[v] = gain > 0 ? change[v] / gain : 0;
     }
   }
-  const double share = ShareOfChange(error, change);
+  const double share = ShareOfChange(pass, change);
   for (size_t v = 0; v < change.size(); ++v) {
     change[v] = pass.coefficients[v] * pass.unit + share * change[v];
   }
@@ -175,14 +176,13 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
   return change;
 }
 
-// Share of `change` of the coefficients to be added, given the heights' `error`. Where large faces
-// lie beside small ones many basis functions overlap, and the usual share would diverge.
-double HeightEncoder::ShareOfChange(const std::vector<double>& error,
-                                    std::vector<double> change) const {
+// Share of `change` of the coefficients to be added. Where large faces lie beside small ones many
+// basis functions overlap, and the usual share would diverge.
+double HeightEncoder::ShareOfChange(const Pass& pass, std::vector<double> change) const {
   lifting_.Synthesize(change);
   double along = 0, squared = 0;
-  for (size_t v = 0; v < error.size(); ++v) {
-    along += weights_[v] * error[v] * change[v];
+  for (size_t v = 0; v < change.size(); ++v) {
+    along += weights_[v] * ErrorAt(v, pass) * change[v];
     squared += weights_[v] * change[v] * change[v];
   }
   return kCorrection * squared <= kMostCorrection * along ? kCorrection : along / squared;
@@ -192,7 +192,7 @@ HeightSums HeightEncoder::SumsOf(const Pass& pass) const {
   HeightSums sums;
   for (size_t v = 0; v < heights_.size(); ++v) {
     if (!IsTold(v) || (!counted_.empty() && counted_[v] == 0)) continue;
-    const double error = heights_[v] - pass.state.heights[v] * pass.unit;
+    const double error = ErrorAt(v, pass);
     sums.squared += weights_[v] * error * error;
     sums.weight += weights_[v];
     sums.max = std::max(sums.max, std::abs(error));

@@ -141,16 +141,18 @@ class HeightEncoder : public HeightCoding {
   void FreeInnerHeights();
   static std::unique_ptr<HeightModels> TakeShared(Pass& pass);
   template <typename Coder>
-  absl::Status RunPass(double step, const std::vector<double>& targets, const RunContext& context,
+  absl::Status RunPass(double step, std::vector<double> targets, const RunContext& context,
                        Pass& pass) const;
   template <typename Coder>
-  absl::Status CodeInUnits(const std::vector<double>& steps, const std::vector<double>& targets,
-                           const RunContext& context, Pass& pass) const;
+  absl::Status CodeInUnits(const std::vector<double>& steps,
+                           const std::vector<double>& targets_in_units, const RunContext& context,
+                           Pass& pass) const;
   template <typename Coder>
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
-  double ShareOfChange(const std::vector<double>& error, std::vector<double> change) const;
+  double ErrorAt(size_t v, const Pass& pass) const;
+  double ShareOfChange(const Pass& pass, std::vector<double> change) const;
   template <typename Coder>
   absl::Status RunRound(int round, double step, const RunContext& context, Pass& pass) const;
   HeightSums SumsOf(const Pass& pass) const;
@@ -160,7 +162,7 @@ class HeightEncoder : public HeightCoding {
   const FaceGroups* groups_ = nullptr;
   std::vector<Group> group_meshes_;
   int max_level_;
-  std::vector<double> heights_;
+  std::vector<float> heights_;
   std::vector<uint8_t> rings_;   // from the nearest told height, up to kRimRings + 1; 0: told
   std::vector<uint8_t> filled_;  // without small holes
   bool has_filled_ = false;

@@ -282,7 +282,7 @@ HeightEncoderBlocks::CoarseLevels HeightEncoderBlocks::CodeCoarse(double step,
   const std::vector<double> steps = StepsOfLevels(step, plan_.level_gains);
   CoarseLevels coded;
   SharedHeights& shared = coded.shared;
-  shared.unit = UnitOfHeights(steps, {coarse.highest}, {coarse.largest_target}, least_unit);
+  shared.unit = UnitOfHeights(steps, coarse.highest, coarse.largest_target, least_unit);
   std::vector<double> in_units = coarse.targets;
   for (double& target : in_units) target /= shared.unit;
   std::vector<Dequantizer> dequantizers(kFirstGroupedLevel);

@@ -129,18 +129,25 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
 }
 
 template <typename Coder>
-absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targets,
+absl::Status HeightEncoder::RunPass(double step, std::vector<double> targets,
                                     const RunContext& context, Pass& pass) const {
   const std::vector<double> steps = StepsOfLevels(step, gains_.of_level);
+  const auto divide = [&](double unit) {
+    for (double& target : targets) target /= unit;
+  };
   if (pass.shared != nullptr) {
     pass.unit = pass.shared->unit;
+    divide(pass.unit);
     return CodeInUnits<Coder>(steps, targets, context, pass);
   }
-  pass.unit = UnitOfHeights(steps, heights_, targets, pass.least_unit);
+  pass.unit = UnitOfHeights(steps, Farthest(heights_), Farthest(targets), pass.least_unit);
+  divide(pass.unit);
   RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
   while (!pass.fits) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    pass.unit = pass.least_unit = WiderUnit(pass.unit);
+    const double wider = WiderUnit(pass.unit);
+    divide(wider / pass.unit);
+    pass.unit = pass.least_unit = wider;
     RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
   }
   return absl::OkStatus();
@@ -160,11 +167,9 @@ std::unique_ptr<HeightModels> HeightEncoder::TakeShared(Pass& pass) {
 // All levels in the pass's unit, up to the first that does not fit in it.
 template <typename Coder>
 absl::Status HeightEncoder::CodeInUnits(const std::vector<double>& steps,
-                                        const std::vector<double>& targets,
+                                        const std::vector<double>& targets_in_units,
                                         const RunContext& context, Pass& pass) const {
   pass.dequantizers.resize(max_level_ + 1);
-  std::vector<double> in_units = targets;
-  for (double& target : in_units) target /= pass.unit;
   pass.fits = true;
   pass.state = HeightState();
   pass.state.filled = filled_;
@@ -174,15 +179,15 @@ absl::Status HeightEncoder::CodeInUnits(const std::vector<double>& steps,
   for (int l = 0; l <= max_level_ && pass.fits; ++l) {
     pass.dequantizers[l].step = StepInUnits(steps[l], pass.unit);
     const bool here = pass.shared == nullptr && (!grouped() || l < kFirstGroupedLevel);
-    if (here) CodeLevel<Coder>(l, in_units, *models, pass);
+    if (here) CodeLevel<Coder>(l, targets_in_units, *models, pass);
   }
   if (!grouped() || !pass.fits) return absl::OkStatus();
-  return CodeGroups<Coder>(in_units, *models, context, pass);
+  return CodeGroups<Coder>(targets_in_units, *models, context, pass);
 }
 
-template absl::Status HeightEncoder::RunPass<NoBytes>(double, const std::vector<double>&,
+template absl::Status HeightEncoder::RunPass<NoBytes>(double, std::vector<double>,
                                                       const RunContext&, Pass&) const;
-template absl::Status HeightEncoder::RunPass<RangeEncoder>(double, const std::vector<double>&,
+template absl::Status HeightEncoder::RunPass<RangeEncoder>(double, std::vector<double>,
                                                            const RunContext&, Pass&) const;
 
 }  // namespace rilievo

@@ -16,19 +16,13 @@ constexpr double kRangeShare = 0.25;
 // How much wider the unit becomes where heights do not fit: each time costs a pass.
 constexpr double kWidening = 4;
 
-double Farthest(const std::vector<double>& values) {
-  double farthest = 0;
-  for (double value : values) farthest = std::max(farthest, std::abs(value));
-  return farthest;
-}
-
 }  // namespace
 
-double UnitOfHeights(const std::vector<double>& steps, const std::vector<double>& heights,
-                     const std::vector<double>& targets, double least) {
+double UnitOfHeights(const std::vector<double>& steps, double highest, double largest_target,
+                     double least) {
   const double wanted = *std::min_element(steps.begin(), steps.end()) / kUnitsPerStep;
-  return StoredStep(std::max({wanted, Farthest(heights) / (kRangeShare * kMaxHeightUnits),
-                              Farthest(targets) / kMaxHeightUnits, least}));
+  return StoredStep(std::max({wanted, highest / (kRangeShare * kMaxHeightUnits),
+                              largest_target / kMaxHeightUnits, least}));
 }
 
 std::vector<double> StepsOfLevels(double step, const std::vector<double>& level_gains) {

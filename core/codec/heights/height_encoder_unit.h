@@ -2,16 +2,26 @@
 // heights.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace rilievo {
 
-// Fraction of the diagonal, as `steps` of the levels, `heights` and `targets` (coefficients before
-// quantisation) are. 32 units or more to the smallest step, unless heights or targets would then
-// lie beyond the decoder's range; never less than `least`.
-double UnitOfHeights(const std::vector<double>& steps, const std::vector<double>& heights,
-                     const std::vector<double>& targets, double least);
+// The largest magnitude; 0 of none.
+template <typename Value>
+double Farthest(const std::vector<Value>& values) {
+  double farthest = 0;
+  for (const Value value : values) farthest = std::max(farthest, std::abs(double{value}));
+  return farthest;
+}
+
+// Fraction of the diagonal, as `steps` of the levels and the largest magnitudes of heights and of
+// targets (coefficients before quantisation) are. 32 units or more to the smallest step, unless
+// heights or targets would then lie beyond the decoder's range; never less than `least`.
+double UnitOfHeights(const std::vector<double>& steps, double highest, double largest_target,
+                     double least);
 
 // Of each level's quantiser, where the finest has `step` (HeightCoding::Encode). `level_gains`:
 // CoefficientGains::of_level.

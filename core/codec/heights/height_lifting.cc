@@ -6,8 +6,24 @@
 namespace rilievo {
 namespace {
 
-double Prediction(int rule, const EdgeStencil& stencil, std::span<const double> values) {
-  return WeightedSum(RuleAt(kEdgeRules[rule], stencil), stencil, values) / 32;
+double Prediction(const EdgeRule& rule, const EdgeStencil& stencil,
+                  std::span<const double> values) {
+  return WeightedSum(RuleAt(rule, stencil), stencil, values) / 32;
+}
+
+// Of a stencil: 0 where it has no more than the ends, 1 with both opposite vertices, 2 with all
+// wings. Of a rule: what it asks for.
+uint8_t ReachOf(const EdgeStencil& stencil) {
+  return stencil.complete() ? 2 : stencil.interior() ? 1 : 0;
+}
+uint8_t ReachOf(const EdgeRule& rule) { return rule.wings != 0 ? 2 : rule.opposite != 0 ? 1 : 0; }
+
+// The vertex that the face across edge `k` of `face` has beside that edge; -1 on the boundary.
+int VertexBeyond(const MeshTopology& topology, int face, int k) {
+  const int neighbor = topology.face_neighbors(k, face);
+  if (neighbor < 0) return -1;
+  return topology.faces.col(neighbor).sum() - topology.faces(k, face) -
+         topology.faces((k + 1) % 3, face);
 }
 
 // 32 times each edge's prediction less that of its ends, for a closed mesh: face by face, since a
@@ -19,8 +35,7 @@ std::vector<int32_t> SumOverFaces(const MeshTopology& topology, const EdgeRule& 
     const Eigen::Vector3i corners = topology.faces.col(f);
     std::array<int32_t, 3> beyond;  // height beyond the edge from corner k
     for (int k = 0; k < 3; ++k) {
-      const int across = topology.faces.col(topology.face_neighbors(k, f)).sum();
-      beyond[k] = heights[across - corners[k] - corners[(k + 1) % 3]];
+      beyond[k] = heights[VertexBeyond(topology, f, k)];
     }
     for (int k = 0; k < 3; ++k) {
       sums[topology.face_edges(k, f)] += rule.opposite * heights[corners[(k + 2) % 3]] +
@@ -79,10 +94,10 @@ HeightLifting::HeightLifting(const LoopRefinement& refinement, int max_level) {
   for (int l = 1; l <= max_level; ++l) {
     const MeshTopology& topology = refinement.levels[l - 1];
     Level level;
-    level.coarse_count = topology.vertex_count;
-    level.stencils.reserve(topology.edge_count());
+    level.coarse = &topology;
+    level.reach.reserve(topology.edge_count());
     for (int e = 0; e < topology.edge_count(); ++e) {
-      level.stencils.push_back(StencilOfEdge(topology, e));
+      level.reach.push_back(ReachOf(StencilOfEdge(topology, e)));
     }
     for (int valence : topology.valence) {
       level.update.push_back(static_cast<double>(UpdateWeight(8, valence)) / 65536);
@@ -96,15 +111,73 @@ void HeightLifting::set_strength(int strength) {
   for (Level& level : levels_) level.step.strength = strength;
 }
 
-void HeightLifting::AnalyzeLevel(const Level& level, std::span<double> values) const {
-  const int count = level.coarse_count, edges = static_cast<int>(level.stencils.size());
-  for (int e = 0; e < edges; ++e) {
-    values[count + e] -= Prediction(level.step.rule, level.stencils[e], values);
+const EdgeRule& HeightLifting::RuleOf(const Level& level, int edge) {
+  const EdgeRule& rule = kEdgeRules[level.step.rule];
+  return level.reach[edge] >= ReachOf(rule) ? rule : kEdgeRules[0];
+}
+
+// Subtracts them where `sign` is -1. Face by face, as SumOverFaces.
+void HeightLifting::AddPredictions(const Level& level, double sign, std::span<double> values) {
+  const MeshTopology& coarse = *level.coarse;
+  const std::span<double> fine = values.subspan(coarse.vertex_count);
+  for (int e = 0; e < coarse.edge_count(); ++e) {
+    const double ends = values[coarse.edge_vertices(0, e)] + values[coarse.edge_vertices(1, e)];
+    fine[e] += sign * RuleOf(level, e).ends / 32 * ends;
   }
-  const double strength = level.step.strength / 8.0;
-  for (int e = 0; e < edges; ++e) {
-    for (int v : level.stencils[e].ends) {
-      values[v] += strength * level.update[v] * values[count + e];
+  const EdgeRule& rule = kEdgeRules[level.step.rule];
+  if (rule.opposite == 0 && rule.wings == 0) return;
+  const double opposite = sign * rule.opposite / 32, wings = sign * rule.wings / 32;
+  for (int f = 0; f < coarse.face_count(); ++f) {
+    std::array<double, 3> beyond = {};
+    if (wings != 0) {
+      for (int k = 0; k < 3; ++k) {
+        const int v = VertexBeyond(coarse, f, k);
+        beyond[k] = v < 0 ? 0 : values[v];
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int e = coarse.face_edges(k, f);
+      if (level.reach[e] < ReachOf(rule)) continue;
+      fine[e] += opposite * values[coarse.faces((k + 2) % 3, f)] +
+                 wings * (beyond[(k + 1) % 3] + beyond[(k + 2) % 3]);
+    }
+  }
+}
+
+void HeightLifting::AddTransposedPredictions(const Level& level, std::span<double> values) {
+  const MeshTopology& coarse = *level.coarse;
+  const std::span<const double> fine = values.subspan(coarse.vertex_count);
+  for (int e = 0; e < coarse.edge_count(); ++e) {
+    const double share = RuleOf(level, e).ends / 32.0 * fine[e];
+    values[coarse.edge_vertices(0, e)] += share;
+    values[coarse.edge_vertices(1, e)] += share;
+  }
+  const EdgeRule& rule = kEdgeRules[level.step.rule];
+  if (rule.opposite == 0 && rule.wings == 0) return;
+  const double opposite = rule.opposite / 32.0, wings = rule.wings / 32.0;
+  for (int f = 0; f < coarse.face_count(); ++f) {
+    std::array<double, 3> details;
+    for (int k = 0; k < 3; ++k) {
+      const int e = coarse.face_edges(k, f);
+      details[k] = level.reach[e] < ReachOf(rule) ? 0 : fine[e];
+      values[coarse.faces((k + 2) % 3, f)] += opposite * details[k];
+    }
+    if (wings == 0) continue;
+    for (int k = 0; k < 3; ++k) {
+      const int v = VertexBeyond(coarse, f, k);
+      if (v >= 0) values[v] += wings * (details[(k + 1) % 3] + details[(k + 2) % 3]);
+    }
+  }
+}
+
+// `sign` times what the details take away.
+void HeightLifting::AddUpdates(const Level& level, double sign, std::span<double> values) {
+  const MeshTopology& coarse = *level.coarse;
+  const double strength = sign * level.step.strength / 8;
+  for (int e = 0; e < coarse.edge_count(); ++e) {
+    for (int side = 0; side < 2; ++side) {
+      const int v = coarse.edge_vertices(side, e);
+      values[v] += strength * level.update[v] * values[coarse.vertex_count + e];
     }
   }
 }
@@ -118,60 +191,48 @@ std::vector<HeightLifting::RuleSums> HeightLifting::AnalyzeAndChoose(
   std::vector<RuleSums> of_levels(levels_.size());
   for (int l = max_level(); l >= 1; --l) {
     Level& level = levels_[l - 1];
-    const int count = level.coarse_count, edges = static_cast<int>(level.stencils.size());
+    const MeshTopology& coarse = *level.coarse;
+    const int count = coarse.vertex_count;
     RuleSums& sums = of_levels[l - 1];
     sums.fill(0);
-    for (int e = 0; e < edges; ++e) {
+    for (int e = 0; e < coarse.edge_count(); ++e) {
+      const EdgeStencil stencil = StencilOfEdge(coarse, e);
       for (size_t rule = 0; rule < kEdgeRules.size(); ++rule) {
-        const double detail =
-            values[count + e] - Prediction(static_cast<int>(rule), level.stencils[e], values);
+        const double detail = values[count + e] - Prediction(kEdgeRules[rule], stencil, values);
         sums[rule] += std::abs(detail) * importance[count + e];
       }
     }
     level.step.rule = static_cast<int>(std::min_element(sums.begin(), sums.end()) - sums.begin());
-    AnalyzeLevel(level, values);
+    AddPredictions(level, -1, values);
+    AddUpdates(level, 1, values);
   }
   return of_levels;
 }
 
 void HeightLifting::Analyze(std::span<double> values) const {
-  for (int l = max_level(); l >= 1; --l) AnalyzeLevel(levels_[l - 1], values);
+  for (int l = max_level(); l >= 1; --l) {
+    AddPredictions(levels_[l - 1], -1, values);
+    AddUpdates(levels_[l - 1], 1, values);
+  }
 }
 
 void HeightLifting::Synthesize(std::span<double> values) const {
   for (const Level& level : levels_) {
-    const int count = level.coarse_count, edges = static_cast<int>(level.stencils.size());
-    const double strength = level.step.strength / 8.0;
-    for (int e = 0; e < edges; ++e) {
-      for (int v : level.stencils[e].ends) {
-        values[v] -= strength * level.update[v] * values[count + e];
-      }
-    }
-    for (int e = 0; e < edges; ++e) {
-      values[count + e] += Prediction(level.step.rule, level.stencils[e], values);
-    }
+    AddUpdates(level, -1, values);
+    AddPredictions(level, 1, values);
   }
 }
 
 void HeightLifting::Adjoint(std::span<double> values) const {
   for (int l = max_level(); l >= 1; --l) {
     const Level& level = levels_[l - 1];
-    const int count = level.coarse_count, edges = static_cast<int>(level.stencils.size());
-    for (int e = 0; e < edges; ++e) {
-      const EdgeStencil& stencil = level.stencils[e];
-      const EdgeRule rule = RuleAt(kEdgeRules[level.step.rule], stencil);
-      const double share = values[count + e] / 32;
-      for (int v : stencil.ends) values[v] += rule.ends * share;
-      if (rule.opposite != 0) {
-        for (int v : stencil.opposite) values[v] += rule.opposite * share;
-      }
-      if (rule.wings != 0) {
-        for (int v : stencil.wings) values[v] += rule.wings * share;
-      }
-    }
+    const MeshTopology& coarse = *level.coarse;
+    const int count = coarse.vertex_count;
+    AddTransposedPredictions(level, values);
     const double strength = level.step.strength / 8.0;
-    for (int e = 0; e < edges; ++e) {
-      for (int v : level.stencils[e].ends) {
+    for (int e = 0; e < coarse.edge_count(); ++e) {
+      for (int side = 0; side < 2; ++side) {
+        const int v = coarse.edge_vertices(side, e);
         values[count + e] -= strength * level.update[v] * values[v];
       }
     }

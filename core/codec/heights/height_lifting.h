@@ -33,10 +33,10 @@ void SynthesizeLevel(const MeshTopology& topology, const LiftingStep& step,
                      std::span<int32_t> values);
 
 // Encoder's side: the same transform in floating point, its inverse and its adjoint, over all
-// levels, with the stencils kept for many passes. Values are indexed by vertex of the finest level.
+// levels. Values are indexed by vertex of the finest level.
 class HeightLifting {
  public:
-  // `max_level` <= refinement.max_level() + 1.
+  // `max_level` <= refinement.max_level() + 1; the refinement must outlive this.
   HeightLifting(const LoopRefinement& refinement, int max_level);
 
   int max_level() const { return static_cast<int>(levels_.size()); }
@@ -61,13 +61,16 @@ class HeightLifting {
  private:
   struct Level {
     LiftingStep step;
-    int coarse_count = 0;
-    std::vector<EdgeStencil> stencils;  // of the coarser level's edges
-    std::vector<double> update;         // of the coarser level's vertices, at strength 8
+    const MeshTopology* coarse;  // the level before
+    std::vector<double> update;  // of its vertices, at strength 8
+    std::vector<uint8_t> reach;  // of its edges: how much of the stencil is there, 0 to 2
   };
-  void AnalyzeLevel(const Level& level, std::span<double> values) const;
+  static const EdgeRule& RuleOf(const Level& level, int edge);
+  static void AddPredictions(const Level& level, double sign, std::span<double> values);
+  static void AddTransposedPredictions(const Level& level, std::span<double> values);
+  static void AddUpdates(const Level& level, double sign, std::span<double> values);
 
-  std::vector<Level> levels_;  // entry l - 1: level l from level l - 1
+  std::vector<Level> levels_;  // entry l - 1: level l
   std::vector<int> vertex_counts_;
 };
 

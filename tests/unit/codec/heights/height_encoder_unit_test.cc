@@ -12,25 +12,31 @@ namespace {
 constexpr double kRounding = 1.0 / 4096;  // of a stored step
 
 TEST(HeightEncoderUnitTest, IsFinerThanTheSmallestStep) {
-  const double unit = UnitOfHeights({0.64, 0.32, 1.28}, {0.5, -0.7}, {0.1, 2}, 0);
+  const double unit = UnitOfHeights({0.64, 0.32, 1.28}, 0.7, 2, 0);
   EXPECT_NEAR(unit, 0.01, 0.01 * kRounding);
   EXPECT_EQ(unit, StoredStep(unit)) << "as a file holds it";
 }
 
 TEST(HeightEncoderUnitTest, HoldsHeightsAndTargets) {
   const double largest = 1000.0 * kMaxHeightUnits;
-  const double for_heights = UnitOfHeights({1}, {3, -largest}, {0}, 0);
+  const double for_heights = UnitOfHeights({1}, largest, 0, 0);
   EXPECT_NEAR(for_heights, 4000, 4000 * kRounding) << "with room for three times as much";
-  const double for_targets = UnitOfHeights({1}, {3}, {0, -largest, 1}, 0);
+  const double for_targets = UnitOfHeights({1}, 3, largest, 0);
   EXPECT_NEAR(for_targets, 1000, 1000 * kRounding);
 }
 
+TEST(HeightEncoderUnitTest, FarthestIsTheLargestMagnitude) {
+  EXPECT_EQ(Farthest<float>({3, -5, 1}), 5);
+  EXPECT_EQ(Farthest<double>({0, 2}), 2);
+  EXPECT_EQ(Farthest<double>({}), 0);
+}
+
 TEST(HeightEncoderUnitTest, IsNeverLessThanWhatDidNotFit) {
-  double unit = UnitOfHeights({0.32}, {1}, {1}, 0);
+  double unit = UnitOfHeights({0.32}, 1, 1, 0);
   for (int i = 0; i < 3; ++i) {
     const double wider = WiderUnit(unit);
     EXPECT_GT(wider, unit);
-    EXPECT_EQ(UnitOfHeights({0.32}, {1}, {1}, wider), wider);
+    EXPECT_EQ(UnitOfHeights({0.32}, 1, 1, wider), wider);
     unit = wider;
   }
 }
