@@ -90,15 +90,13 @@ class ColorEncoder {
     field.max_level = surface.max_level;
     field.sources.assign(surface.colors.size(), HeightSource::kMeasured);
     field.heights.resize(surface.colors.size());
-    const bool grouped = file.header.group_limit > 0;
+    const FaceGroups* groups = file.header.group_limit > 0 ? &file.groups : nullptr;
     for (int k = 0; k < 3; ++k) {
       for (size_t v = 0; v < surface.colors.size(); ++v) {
         field.heights[v] = static_cast<float>(numbers_from_rgb.row(k).dot(Wide(surface.colors[v])));
       }
-      RILIEVO_ASSIGN_OR_RETURN(
-          encoder.encoders_[k],
-          grouped ? HeightEncoder::MakeGrouped(field, refinement, 1, file.groups, context)
-                  : std::make_unique<HeightEncoder>(field, refinement, 1));
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      encoder.encoders_[k] = std::make_unique<HeightEncoder>(field, refinement, 1, groups);
     }
     return encoder;
   }

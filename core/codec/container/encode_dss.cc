@@ -127,20 +127,16 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(const DssDraft draft,
                            DraftDss(surface.frame, surface.control_mesh, refinement.levels[0],
                                     surface.max_level, metadata, options));
-  const bool grouped = draft.header.group_limit > 0;
-  RILIEVO_ASSIGN_OR_RETURN(
-      const std::unique_ptr<HeightEncoder> encoder,
-      grouped ? HeightEncoder::MakeGrouped(surface, refinement, options.smallest_hole, draft.groups,
-                                           context, nullptr, options.keep_zero_border)
-              : std::make_unique<HeightEncoder>(surface, refinement, options.smallest_hole, nullptr,
-                                                options.keep_zero_border));
+  const FaceGroups* groups = draft.header.group_limit > 0 ? &draft.groups : nullptr;
+  const HeightEncoder encoder(surface, refinement, options.smallest_hole, groups, nullptr,
+                              options.keep_zero_border);
   const auto encode_smoothed = [&](size_t plain_levels, int64_t bytes, int64_t most) {
     return EncodeSmoothedFlags(
         surface, refinement,
-        FilledAsDecoded(refinement, surface.max_level, plain_levels, encoder->filled()),
-        grouped ? &draft.groups : nullptr, options.smallest_hole, bytes, most, context);
+        FilledAsDecoded(refinement, surface.max_level, plain_levels, encoder.filled()), groups,
+        options.smallest_hole, bytes, most, context);
   };
-  return FinishDss(draft, *encoder, encoder->has_filled(), encode_smoothed, options, context);
+  return FinishDss(draft, encoder, encoder.has_filled(), encode_smoothed, options, context);
 }
 
 absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encoded) {

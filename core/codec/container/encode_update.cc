@@ -144,13 +144,9 @@ absl::StatusOr<std::vector<uint8_t>> EncodeUpdate(std::span<const uint8_t> dss,
   HeightPlan plan;
   plan.has_filled = true;
   const FaceGroups* groups = file.header.group_limit > 0 ? &file.groups : nullptr;
-  RILIEVO_ASSIGN_OR_RETURN(
-      const std::unique_ptr<HeightEncoder> encoder,
-      groups != nullptr
-          ? HeightEncoder::MakeGrouped(field, refinement, kKeepAll, *groups, context, &plan)
-          : std::make_unique<HeightEncoder>(field, refinement, kKeepAll, &plan));
-  RILIEVO_ASSIGN_OR_RETURN(const EncodedHeights heights, encoder->Encode(update.step, context));
-  const std::vector<uint8_t>& untold = encoder->filled();
+  const HeightEncoder encoder(field, refinement, kKeepAll, groups, &plan);
+  RILIEVO_ASSIGN_OR_RETURN(const EncodedHeights heights, encoder.Encode(update.step, context));
+  const std::vector<uint8_t>& untold = encoder.filled();
   const int64_t told = std::count(untold.begin(), untold.end(), 0);
   const SourceFlags smoothed = FlagsOf(HeightSource::kSmoothed, update);
   const SourceFlags filled = FlagsOf(HeightSource::kFilled, update);

@@ -53,8 +53,10 @@ int64_t EncodedHeights::bytes() const {
 HeightEncoder::~HeightEncoder() = default;
 
 HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                             int smallest_hole, const HeightPlan* plan, bool keep_zero_border)
+                             int smallest_hole, const FaceGroups* groups, const HeightPlan* plan,
+                             bool keep_zero_border)
     : refinement_(refinement),
+      groups_(groups),
       max_level_(surface.max_level),
       heights_(surface.heights),
       rings_(RingsIntoHoles(refinement, surface.max_level, kRimRings, FilledFlags(surface))),
@@ -100,36 +102,6 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
     mean_gains_.push_back(count > 0 ? sum / count : 0);
     coded_counts_.push_back(count);
   }
-}
-
-absl::StatusOr<std::unique_ptr<HeightEncoder>> HeightEncoder::MakeGrouped(
-    const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
-    const FaceGroups& groups, const RunContext& context, const HeightPlan* plan,
-    bool keep_zero_border) {
-  auto encoder =
-      std::make_unique<HeightEncoder>(surface, refinement, smallest_hole, plan, keep_zero_border);
-  RILIEVO_RETURN_IF_ERROR(encoder->BuildGroups(groups, context));
-  return encoder;
-}
-
-absl::Status HeightEncoder::BuildGroups(const FaceGroups& groups, const RunContext& context) {
-  groups_ = &groups;
-  if (!grouped()) return absl::OkStatus();
-  const MeshTopology& control = refinement_.levels[0];
-  const FaceVertices whole(control, max_level_);
-  RunContext one_thread = context;
-  one_thread.threads = 1;
-  one_thread.progress = nullptr;
-  for (int g = 0; g < groups.count(); ++g) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    Group group;
-    RILIEVO_ASSIGN_OR_RETURN(group.mesh,
-                             BuildGroupMesh(control, groups, g, max_level_, one_thread));
-    group.whole_vertex = VerticesThere(FaceVertices(group.mesh.refinement.levels[0], max_level_),
-                                       whole, groups.members[g]);
-    group_meshes_.push_back(std::move(group));
-  }
-  return absl::OkStatus();
 }
 
 // Filled heights far from told ones are free: they take the values that need no coefficients, and

@@ -84,17 +84,12 @@ class HeightEncoder : public HeightCoding {
  public:
   // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
   // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
+  // `groups`: of the control faces, coded apart; they must outlive this too.
   // `plan`: of the surface that this is a part of.
   // `keep_zero_border`: see EncodeOptions; not with a plan.
   HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                int smallest_hole, const HeightPlan* plan = nullptr, bool keep_zero_border = false);
-
-  // The same for `groups` of the control faces that are coded apart; they must outlive it.
-  // CANCELLED is the only error.
-  static absl::StatusOr<std::unique_ptr<HeightEncoder>> MakeGrouped(
-      const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
-      const FaceGroups& groups, const RunContext& context, const HeightPlan* plan = nullptr,
-      bool keep_zero_border = false);
+                int smallest_hole, const FaceGroups* groups = nullptr,
+                const HeightPlan* plan = nullptr, bool keep_zero_border = false);
 
   ~HeightEncoder() override;
   HeightEncoder(const HeightEncoder&) = delete;
@@ -126,13 +121,12 @@ class HeightEncoder : public HeightCoding {
 
  private:
   struct Pass;
-  struct Group;
   bool grouped() const { return groups_ != nullptr && max_level_ >= kFirstGroupedLevel; }
-  absl::Status BuildGroups(const FaceGroups& groups, const RunContext& context);
   // `Coder`: RangeEncoder, or NoBytes where the bytes are not asked for.
   template <typename Coder>
-  void CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
-                 const HeightModels& models, Pass& pass) const;
+  absl::Status CodeGroup(int group, const FaceVertices& whole,
+                         const std::vector<double>& targets_in_units, const HeightModels& models,
+                         const RunContext& context, Pass& pass) const;
   template <typename Coder>
   absl::Status CodeGroups(const std::vector<double>& targets_in_units, const HeightModels& models,
                           const RunContext& context, Pass& pass) const;
@@ -159,8 +153,7 @@ class HeightEncoder : public HeightCoding {
   EncodedHeights Finish(double step, const Pass& pass) const;
 
   const LoopRefinement& refinement_;
-  const FaceGroups* groups_ = nullptr;
-  std::vector<Group> group_meshes_;
+  const FaceGroups* groups_;
   int max_level_;
   std::vector<float> heights_;
   std::vector<uint8_t> rings_;   // from the nearest told height, up to kRimRings + 1; 0: told

@@ -170,12 +170,9 @@ absl::StatusOr<std::unique_ptr<HeightEncoderBlocks>> HeightEncoderBlocks::Make(
   return made;
 }
 
-absl::StatusOr<std::unique_ptr<HeightEncoder>> HeightEncoderBlocks::EncoderOf(
-    const GroupBlock& block, const RunContext& context) const {
-  RILIEVO_ASSIGN_OR_RETURN(
-      std::unique_ptr<HeightEncoder> encoder,
-      HeightEncoder::MakeGrouped(block.part.surface, block.refinement, smallest_hole_, block.groups,
-                                 context, &plan_));
+std::unique_ptr<HeightEncoder> HeightEncoderBlocks::EncoderOf(const GroupBlock& block) const {
+  auto encoder = std::make_unique<HeightEncoder>(block.part.surface, block.refinement,
+                                                 smallest_hole_, &block.groups, &plan_);
   encoder->set_counted(InnerVertices(block));
   return encoder;
 }
@@ -186,8 +183,8 @@ absl::Status HeightEncoderBlocks::MakePlan(const RunContext& context) {
       MeanHeightWeight(surface.control_mesh, blocks_.shared().levels[0], surface.max_level);
   plan_.has_filled = surface.source_counts[static_cast<size_t>(HeightSource::kFilled)] > 0;
   const auto sample = [&](const GroupBlock& block,
-                          const RunContext& own) -> absl::StatusOr<SampledFigures> {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
+                          const RunContext&) -> absl::StatusOr<SampledFigures> {
+    const auto encoder = EncoderOf(block);
     return SampledFigures{encoder->detail_sums(), encoder->gains().of_level, encoder->mean_gains(),
                           encoder->coded_counts()};
   };
@@ -210,7 +207,7 @@ absl::StatusOr<std::vector<double>> HeightEncoderBlocks::RmsOfRounds(
     double step, int rounds, const RunContext& context) const {
   const auto sample = [&](const GroupBlock& block,
                           const RunContext& own) -> absl::StatusOr<SumsOfBlock> {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
+    const auto encoder = EncoderOf(block);
     SumsOfBlock found;
     RILIEVO_ASSIGN_OR_RETURN(found.rounds, encoder->SumsOfRounds(step, rounds, own, nullptr));
     return found;
@@ -239,7 +236,7 @@ absl::StatusOr<HeightEncoderBlocks::CoarseTargets> HeightEncoderBlocks::TargetsO
   coarse.filled.resize(count);
   const auto find = [&](const GroupBlock& block,
                         const RunContext& own) -> absl::StatusOr<TargetsOfBlock> {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
+    const auto encoder = EncoderOf(block);
     std::vector<double> targets;
     RILIEVO_RETURN_IF_ERROR(encoder->SumsOfRounds(step, kCoarseRounds, own, &targets).status());
     TargetsOfBlock found;
@@ -321,7 +318,7 @@ absl::StatusOr<bool> HeightEncoderBlocks::CodeGroups(double step, const CoarseLe
   const int levels = blocks_.surface().max_level + 1 - kFirstGroupedLevel;
   const auto code = [&](const GroupBlock& block,
                         const RunContext& own) -> absl::StatusOr<CodedBlock> {
-    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, own));
+    const auto encoder = EncoderOf(block);
     RILIEVO_ASSIGN_OR_RETURN(GroupPieces made,
                              encoder->EncodeGroups(SharedOf(block, coarse), step, own));
     CodedBlock coded{made.fits, made.sums, {}};

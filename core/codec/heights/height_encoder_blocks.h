@@ -36,8 +36,7 @@ class HeightEncoderBlocks : public HeightCoding {
   struct CoarseLevels;
   HeightEncoderBlocks(const EncodeBlocks& blocks, int smallest_hole)
       : blocks_(blocks), smallest_hole_(smallest_hole) {}
-  absl::StatusOr<std::unique_ptr<HeightEncoder>> EncoderOf(const GroupBlock& block,
-                                                           const RunContext& context) const;
+  std::unique_ptr<HeightEncoder> EncoderOf(const GroupBlock& block) const;
   absl::Status MakePlan(const RunContext& context);
   absl::StatusOr<CoarseTargets> TargetsOfCoarse(double step, const RunContext& context) const;
   CoarseLevels CodeCoarse(double step, const CoarseTargets& coarse, double least_unit) const;

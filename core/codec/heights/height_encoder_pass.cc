@@ -24,12 +24,17 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
       pass.dequantizers[level], models, pass.state, pass.coefficients, &pass.layers.emplace_back());
 }
 
-// Writes at places of the pass that are this group's own.
+// Writes at places of the pass that are this group's own. `vertices`: of the whole.
 template <typename Coder>
-void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
-                              const HeightModels& shared_models, Pass& pass) const {
-  const GroupMesh& mesh = group.mesh;
-  const std::vector<int>& whole = group.whole_vertex;
+absl::Status HeightEncoder::CodeGroup(int group, const FaceVertices& vertices,
+                                      const std::vector<double>& targets_in_units,
+                                      const HeightModels& shared_models, const RunContext& context,
+                                      Pass& pass) const {
+  const MeshTopology& control = refinement_.levels[0];
+  RILIEVO_ASSIGN_OR_RETURN(const GroupMesh mesh,
+                           BuildGroupMesh(control, *groups_, group, max_level_, context));
+  const std::vector<int> whole = VerticesThere(FaceVertices(mesh.refinement.levels[0], max_level_),
+                                               vertices, groups_->members[group]);
   const auto gathered = [&](const auto& values, auto foreign) {
     std::vector<decltype(foreign)> own;
     own.reserve(whole.size());
@@ -42,14 +47,14 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
   const std::vector<double> gains = gathered(gains_.of_vertex, 0.0);
   const auto models = std::make_unique<HeightModels>(shared_models);
   const int shared_count = mesh.refinement.vertex_count(kFirstGroupedLevel - 1);
-  HeightState state = StateOfGroup(pass.state, groups_->members[mesh.group],
+  HeightState state = StateOfGroup(pass.state, groups_->members[group],
                                    std::vector<int>(whole.begin(), whole.begin() + shared_count));
   state.filled = gathered(pass.state.filled, uint8_t{0});
   std::vector<int32_t> values(shared_count, 0);
   for (int level = kFirstGroupedLevel; level <= max_level_; ++level) {
     Dequantizer dequantizer = pass.dequantizers[level];
-    std::array<int, 2>& draw = pass.draws[mesh.group][level - kFirstGroupedLevel];
-    std::vector<uint8_t>& piece = pass.pieces[mesh.group][level - kFirstGroupedLevel];
+    std::array<int, 2>& draw = pass.draws[group][level - kFirstGroupedLevel];
+    std::vector<uint8_t>& piece = pass.pieces[group][level - kFirstGroupedLevel];
     dequantizer.draw = draw;
     const int begin = mesh.refinement.vertex_count(level - 1);
     const int end = mesh.refinement.vertex_count(level);
@@ -84,12 +89,13 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
     }
     if (!fits) {
       pass.fits = false;
-      return;
+      return absl::OkStatus();
     }
   }
   for (size_t v = shared_count; v < whole.size(); ++v) {
     if (mesh.foreign[v] == 0) pass.coefficients[whole[v]] = values[v];
   }
+  return absl::OkStatus();
 }
 
 template <typename Coder>
@@ -97,16 +103,24 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
                                        const HeightModels& models, const RunContext& context,
                                        Pass& pass) const {
   const size_t levels = static_cast<size_t>(max_level_ - kFirstGroupedLevel + 1);
-  pass.draws.resize(group_meshes_.size());
+  const auto count = static_cast<size_t>(groups_->count());
+  pass.draws.resize(count);
   for (auto& draws : pass.draws) draws.resize(levels);
-  pass.pieces.assign(group_meshes_.size(), std::vector<std::vector<uint8_t>>(levels));
+  pass.pieces.assign(count, std::vector<std::vector<uint8_t>>(levels));
   pass.coefficients.resize(lifting_.end(max_level_), 0);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(group_meshes_.size()), 1, context, [&](int64_t begin, int64_t end) {
+  const FaceVertices vertices(refinement_.levels[0], max_level_);
+  RunContext one_thread = context;
+  one_thread.threads = 1;
+  one_thread.progress = nullptr;
+  std::vector<absl::Status> coded(count);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(groups_->count(), 1, context, [&](int64_t begin, int64_t end) {
         for (int64_t g = begin; g < end; ++g) {
-          CodeGroup<Coder>(group_meshes_[g], targets_in_units, models, pass);
+          coded[g] = CodeGroup<Coder>(static_cast<int>(g), vertices, targets_in_units, models,
+                                      one_thread, pass);
         }
       }));
+  for (const absl::Status& of_group : coded) RILIEVO_RETURN_IF_ERROR(of_group);
   if (!pass.fits) return absl::OkStatus();
   std::vector<int32_t>& heights = pass.state.heights;
   heights.insert(heights.end(),

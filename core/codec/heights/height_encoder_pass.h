@@ -28,10 +28,4 @@ struct HeightEncoder::Pass {
   std::vector<std::vector<std::vector<uint8_t>>> pieces;
 };
 
-// Part of the whole, with where its vertices are there.
-struct HeightEncoder::Group {
-  GroupMesh mesh;
-  std::vector<int> whole_vertex;  // of the finest level
-};
-
 }  // namespace rilievo

@@ -234,12 +234,10 @@ TEST(HeightEncoderTest, TheUnitWidensUntilAllHeightsFit) {
     const std::vector<GridPoint> points(surface.control_mesh.vertices.cols(), GridPoint{});
     FaceGroups groups;
     if (group_limit > 0) groups = GroupFaces(refinement.levels[0], points, group_limit);
-    const auto encoder =
-        group_limit > 0 ? *HeightEncoder::MakeGrouped(surface, refinement, 16, groups, RunContext())
-                        : std::make_unique<HeightEncoder>(surface, refinement, 16);
-    const EncodedHeights encoded = *encoder->Encode(1e-8, RunContext());
-    const DecodedHeights decoded =
-        Decode(encoded, refinement, encoder->has_filled(), group_limit > 0 ? &groups : nullptr);
+    const FaceGroups* coded_apart = group_limit > 0 ? &groups : nullptr;
+    const HeightEncoder encoder(surface, refinement, 16, coded_apart);
+    const EncodedHeights encoded = *encoder.Encode(1e-8, RunContext());
+    const DecodedHeights decoded = Decode(encoded, refinement, encoder.has_filled(), coded_apart);
     double overshoot = 0, error = 0;
     for (size_t v = 0; v < surface.heights.size(); ++v) {
       const double height = decoded.heights[v] * encoded.unit;
@@ -259,23 +257,13 @@ TEST(HeightEncoderTest, StopsWhenAsked) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  EXPECT_EQ(HeightEncoder(surface, refinement, 1).Encode(1e-4, context).status().code(),
-            absl::StatusCode::kCancelled);
-}
-
-// The groups' meshes alone take a while on a large surface.
-TEST(HeightEncoderTest, StopsWhileGroupsAreBuilt) {
-  const DisplacedSurface surface = Measured(Torus(10, 8), 2, 1e-4);
-  const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 1, RunContext());
   const std::vector<GridPoint> points(surface.control_mesh.vertices.cols(), GridPoint{});
   const FaceGroups groups = GroupFaces(refinement.levels[0], points, kLeastGroupLimit);
-  std::stop_source source;
-  RunContext context;
-  context.stop = source.get_token();
-  EXPECT_TRUE(HeightEncoder::MakeGrouped(surface, refinement, 1, groups, context).ok());
-  source.request_stop();
-  EXPECT_EQ(HeightEncoder::MakeGrouped(surface, refinement, 1, groups, context).status().code(),
-            absl::StatusCode::kCancelled);
+  for (const FaceGroups* coded_apart : {static_cast<const FaceGroups*>(nullptr), &groups}) {
+    const HeightEncoder encoder(surface, refinement, 1, coded_apart);
+    EXPECT_TRUE(encoder.Encode(1e-4, RunContext()).ok());
+    EXPECT_EQ(encoder.Encode(1e-4, context).status().code(), absl::StatusCode::kCancelled);
+  }
 }
 
 }  // namespace
