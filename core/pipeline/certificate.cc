@@ -151,11 +151,11 @@ std::vector<uint8_t> FilledVertices(const DisplacedSurface& surface,
 }
 
 absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const RunContext& context) {
-  DisplacedSurface unit = surface;
-  unit.frame = {};
-  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      TriangleMesh mesh,
+      TessellateInUnitFrame(surface, surface.max_level, /*with_normals=*/false, context));
   Shape shape{std::move(mesh.vertices), std::move(mesh.triangles)};
-  shape.children_per_face = 1 << (2 * unit.max_level);
+  shape.children_per_face = 1 << (2 * surface.max_level);
   return shape;
 }
 

@@ -258,9 +258,9 @@ absl::StatusOr<AdaptiveMesh> TessellateAdaptively(const DisplacedSurface& surfac
                                                   const AdaptiveOptions& options,
                                                   const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
-  DisplacedSurface unit = surface;
-  unit.frame = {};
-  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh finest, Tessellate(unit, unit.max_level, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      TriangleMesh finest,
+      TessellateInUnitFrame(surface, surface.max_level, /*with_normals=*/true, context));
   const int64_t control_faces = surface.control_mesh.faces.cols();
   if (options.triangles && *options.triangles < control_faces) {
     return absl::InvalidArgumentError(

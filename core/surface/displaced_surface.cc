@@ -74,7 +74,7 @@ absl::Status CheckHeightCount(const DisplacedSurface& surface, int64_t expected)
 
 // A level whose heights are all given, by patches. Unit frame.
 absl::StatusOr<TriangleMesh> TessellatePatches(const DisplacedSurface& surface, int level,
-                                               const RunContext& context) {
+                                               bool with_normals, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const LoopPatches patches,
                            LoopPatches::Build(surface.control_mesh, level, context));
   RILIEVO_RETURN_IF_ERROR(
@@ -88,12 +88,12 @@ absl::StatusOr<TriangleMesh> TessellatePatches(const DisplacedSurface& surface, 
           ++first;
         }
       }));
-  return MeshOfPatches(patches, std::move(vertices), context);
+  return MeshOfPatches(patches, std::move(vertices), with_normals, context);
 }
 
 // Any level, by its whole topology. Unit frame.
 absl::StatusOr<TriangleMesh> TessellateTopology(const DisplacedSurface& surface, int level,
-                                                const RunContext& context) {
+                                                bool with_normals, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(
       const LoopRefinement refinement,
       RefineTopology(surface.control_mesh, std::max(level, surface.max_level), context));
@@ -108,7 +108,7 @@ absl::StatusOr<TriangleMesh> TessellateTopology(const DisplacedSurface& surface,
     mesh.vertices.col(v) += double{heights[v]} * limit.normals.col(v);
   }
   mesh.triangles = refinement.levels[level].faces;
-  mesh.normals = VertexNormals(mesh.vertices, mesh.triangles);
+  if (with_normals) mesh.normals = VertexNormals(mesh.vertices, mesh.triangles);
   return mesh;
 }
 
@@ -130,13 +130,18 @@ std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRef
   return heights;
 }
 
-absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
-                                        const RunContext& context) {
+absl::StatusOr<TriangleMesh> TessellateInUnitFrame(const DisplacedSurface& surface, int level,
+                                                   bool with_normals, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckSurface(surface, level));
   const bool by_patches = HasPatches(surface, level) && level <= surface.max_level;
-  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, by_patches
-                                                  ? TessellatePatches(surface, level, context)
-                                                  : TessellateTopology(surface, level, context));
+  return by_patches ? TessellatePatches(surface, level, with_normals, context)
+                    : TessellateTopology(surface, level, with_normals, context);
+}
+
+absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
+                                        const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh,
+                           TessellateInUnitFrame(surface, level, /*with_normals=*/true, context));
   // Normals were taken in the unit frame, where the scan's own offset has not yet cost any digits.
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(mesh.vertices.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {

@@ -35,6 +35,9 @@ struct DisplacedSurface {
 // triangles, area-weighted.
 absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
                                         const RunContext& context);
+// The same in the unit frame, with or without normals, which take half the memory.
+absl::StatusOr<TriangleMesh> TessellateInUnitFrame(const DisplacedSurface& surface, int level,
+                                                   bool with_normals, const RunContext& context);
 
 // The vertices of level max_level in the unit frame, column = vertex: where each one is, and what
 // displaces it from the limit surface: its height times its limit normal. INVALID_ARGUMENT as

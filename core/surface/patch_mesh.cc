@@ -22,16 +22,17 @@ Eigen::Vector3d Normalized(const Eigen::Vector3d& sum) {
 // sides, is put together afterwards in a fixed order.
 class PatchMesher {
  public:
-  PatchMesher(const LoopPatches& patches, Eigen::Matrix3Xd vertices)
+  PatchMesher(const LoopPatches& patches, Eigen::Matrix3Xd vertices, bool with_normals)
       : patches_(patches), topology_(patches.base()), inside_(patches.lattice().n() - 1) {
     const Eigen::Index faces = topology_.face_count();
     mesh_.vertices = std::move(vertices);
-    mesh_.normals.resize(3, mesh_.vertices.cols());
     mesh_.triangles.resize(3, faces * patches.lattice().triangles().cols());
+    HintLargePages(mesh_.triangles.data(), sizeof(int) * mesh_.triangles.size());
+    if (!with_normals) return;
+    mesh_.normals.resize(3, mesh_.vertices.cols());
     corner_sums_.resize(3, 3 * faces);
     far_sums_.resize(3, Eigen::Index{inside_} * topology_.edge_count());
     HintLargePages(mesh_.normals.data(), sizeof(double) * mesh_.normals.size());
-    HintLargePages(mesh_.triangles.data(), sizeof(int) * mesh_.triangles.size());
     HintLargePages(far_sums_.data(), sizeof(double) * far_sums_.size());
   }
 
@@ -40,9 +41,12 @@ class PatchMesher {
         ParallelFor(topology_.face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
           Patch patch;
           for (int64_t f = begin; f < end; ++f) {
-            MeshFace(static_cast<int>(f), patch);
+            patches_.numbering().VerticesOf(static_cast<int>(f), patch.vertices);
+            PutTriangles(f, patch);
+            if (mesh_.normals.cols() > 0) SumNormals(static_cast<int>(f), patch);
           }
         }));
+    if (mesh_.normals.cols() == 0) return std::move(mesh_);
     RILIEVO_RETURN_IF_ERROR(
         ParallelFor(topology_.edge_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
           for (int64_t e = begin; e < end; ++e) {
@@ -59,21 +63,22 @@ class PatchMesher {
     std::vector<Eigen::Vector3d> points, sums;
   };
 
-  void MeshFace(int face, Patch& patch) {
+  void PutTriangles(int64_t face, const Patch& patch) {
+    const Eigen::Matrix3Xi& triangles = patches_.lattice().triangles();
+    auto out = mesh_.triangles.middleCols(face * triangles.cols(), triangles.cols()).reshaped();
+    const auto in = triangles.reshaped();
+    for (Eigen::Index i = 0; i < in.size(); ++i) out[i] = patch.vertices[in[i]];
+  }
+
+  void SumNormals(int face, Patch& patch) {
     const PatchLattice& lattice = patches_.lattice();
-    patches_.numbering().VerticesOf(face, patch.vertices);
     patch.points.resize(patch.vertices.size());
     for (size_t p = 0; p < patch.vertices.size(); ++p) {
       patch.points[p] = mesh_.vertices.col(patch.vertices[p]);
     }
     patch.sums.assign(patch.vertices.size(), Eigen::Vector3d::Zero());
-    const Eigen::Matrix3Xi& triangles = lattice.triangles();
-    int* out = mesh_.triangles.data() + 3 * face * triangles.cols();
-    for (const int* in = triangles.data(); in < triangles.data() + triangles.size(); in += 3) {
-      const int a = in[0], b = in[1], c = in[2];
-      *out++ = patch.vertices[a];
-      *out++ = patch.vertices[b];
-      *out++ = patch.vertices[c];
+    for (const auto triangle : lattice.triangles().colwise()) {
+      const int a = triangle[0], b = triangle[1], c = triangle[2];
       const Eigen::Vector3d normal =
           (patch.points[b] - patch.points[a]).cross(patch.points[c] - patch.points[a]);
       patch.sums[a] += normal;
@@ -135,8 +140,8 @@ class PatchMesher {
 }  // namespace
 
 absl::StatusOr<TriangleMesh> MeshOfPatches(const LoopPatches& patches, Eigen::Matrix3Xd vertices,
-                                           const RunContext& context) {
-  return PatchMesher(patches, std::move(vertices)).Run(context);
+                                           bool with_normals, const RunContext& context) {
+  return PatchMesher(patches, std::move(vertices), with_normals).Run(context);
 }
 
 }  // namespace rilievo

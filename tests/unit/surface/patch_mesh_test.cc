@@ -20,12 +20,17 @@ TEST_P(PatchMeshTest, HasTheRefinementsTrianglesAndTheirNormals) {
     for (int threads : {1, 3}) {
       context.threads = threads;
       const auto patches = LoopPatches::Build(mesh, level, context);
-      const auto meshed = MeshOfPatches(*patches, vertices, context);
+      const auto meshed = MeshOfPatches(*patches, vertices, /*with_normals=*/true, context);
       ASSERT_TRUE(meshed.ok()) << meshed.status();
       EXPECT_EQ(meshed->vertices, vertices);
       EXPECT_EQ(meshed->triangles, finest.faces);
       EXPECT_LT((meshed->normals - VertexNormals(vertices, finest.faces)).cwiseAbs().maxCoeff(),
                 1e-12);
+      const auto without = MeshOfPatches(*patches, vertices, /*with_normals=*/false, context);
+      ASSERT_TRUE(without.ok()) << without.status();
+      EXPECT_EQ(without->vertices, vertices);
+      EXPECT_EQ(without->triangles, finest.faces);
+      EXPECT_EQ(without->normals.cols(), 0);
     }
   }
 }
@@ -36,8 +41,9 @@ INSTANTIATE_TEST_SUITE_P(Meshes, PatchMeshTest, ::testing::ValuesIn(testing::Loo
 TEST(PatchMeshTest, AFaceOfNoAreaHasANormalAllTheSame) {
   const ControlMesh mesh = testing::Icosahedron();
   const auto patches = LoopPatches::Build(mesh, 2, RunContext());
-  const auto meshed = MeshOfPatches(
-      *patches, Eigen::Matrix3Xd::Zero(3, patches->numbering().vertex_count()), RunContext());
+  const auto meshed =
+      MeshOfPatches(*patches, Eigen::Matrix3Xd::Zero(3, patches->numbering().vertex_count()),
+                    /*with_normals=*/true, RunContext());
   for (const auto normal : meshed->normals.colwise()) EXPECT_EQ(normal, Eigen::Vector3d::UnitZ());
 }
 
