@@ -35,7 +35,8 @@ struct DisplacedSurface {
 // triangles, area-weighted.
 absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
                                         const RunContext& context);
-// The same in the unit frame, with or without normals, which take half the memory.
+// The same in the unit frame, with or without normals; to make them takes as much memory as the
+// rest.
 absl::StatusOr<TriangleMesh> TessellateInUnitFrame(const DisplacedSurface& surface, int level,
                                                    bool with_normals, const RunContext& context);
 

@@ -18,12 +18,15 @@ Eigen::Vector3d Normalized(const Eigen::Vector3d& sum) {
   return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
 }
 
-// Sums the normals of triangles at the vertices. What a patch knows only a part of, corners and
-// sides, is put together afterwards in a fixed order.
+// Puts down the triangles, and sums their normals at the vertices. What a patch knows only a part
+// of, corners and sides, is put together afterwards in a fixed order.
 class PatchMesher {
  public:
   PatchMesher(const LoopPatches& patches, Eigen::Matrix3Xd vertices, bool with_normals)
-      : patches_(patches), topology_(patches.base()), inside_(patches.lattice().n() - 1) {
+      : patches_(patches),
+        topology_(patches.base()),
+        inside_(patches.lattice().n() - 1),
+        with_normals_(with_normals) {
     const Eigen::Index faces = topology_.face_count();
     mesh_.vertices = std::move(vertices);
     mesh_.triangles.resize(3, faces * patches.lattice().triangles().cols());
@@ -43,10 +46,10 @@ class PatchMesher {
           for (int64_t f = begin; f < end; ++f) {
             patches_.numbering().VerticesOf(static_cast<int>(f), patch.vertices);
             PutTriangles(f, patch);
-            if (mesh_.normals.cols() > 0) SumNormals(static_cast<int>(f), patch);
+            if (with_normals_) SumNormals(f, patch);
           }
         }));
-    if (mesh_.normals.cols() == 0) return std::move(mesh_);
+    if (!with_normals_) return std::move(mesh_);
     RILIEVO_RETURN_IF_ERROR(
         ParallelFor(topology_.edge_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
           for (int64_t e = begin; e < end; ++e) {
@@ -63,14 +66,14 @@ class PatchMesher {
     std::vector<Eigen::Vector3d> points, sums;
   };
 
-  void PutTriangles(int64_t face, const Patch& patch) {
+  void PutTriangles(Eigen::Index face, const Patch& patch) {
     const Eigen::Matrix3Xi& triangles = patches_.lattice().triangles();
     auto out = mesh_.triangles.middleCols(face * triangles.cols(), triangles.cols()).reshaped();
     const auto in = triangles.reshaped();
     for (Eigen::Index i = 0; i < in.size(); ++i) out[i] = patch.vertices[in[i]];
   }
 
-  void SumNormals(int face, Patch& patch) {
+  void SumNormals(Eigen::Index face, Patch& patch) {
     const PatchLattice& lattice = patches_.lattice();
     patch.points.resize(patch.vertices.size());
     for (size_t p = 0; p < patch.vertices.size(); ++p) {
@@ -89,7 +92,7 @@ class PatchMesher {
       mesh_.normals.col(patch.vertices[point]) = Normalized(patch.sums[point]);
     }
     for (int k = 0; k < 3; ++k) {
-      corner_sums_.col(3 * Eigen::Index{face} + k) = patch.sums[lattice.corners()[k]];
+      corner_sums_.col(3 * face + k) = patch.sums[lattice.corners()[k]];
       const int edge = topology_.face_edges(k, face);
       const bool near = (patches_.numbering().MaskOf(face) >> k & 1) != 0;
       for (int i = 0; i < inside_; ++i) {
@@ -132,6 +135,7 @@ class PatchMesher {
   const LoopPatches& patches_;
   const MeshTopology& topology_;
   const int inside_;  // points inside a side
+  const bool with_normals_;
   TriangleMesh mesh_;
   Eigen::Matrix3Xd corner_sums_;  // of each base face's corners
   Eigen::Matrix3Xd far_sums_;     // of each base edge's points, on the side of its second face

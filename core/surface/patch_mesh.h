@@ -10,9 +10,9 @@
 
 namespace rilievo {
 
-// The triangles of the patches' level in the order of LoopRefinement, over the given vertices; if
-// asked for with their area-weighted normals as VertexNormals() takes them, up to rounding. The
-// same for any number of threads. `vertices`: one column a vertex of the level.
+// The triangles of the patches' level in the order of LoopRefinement, over the given vertices. The
+// same for any number of threads. `vertices`: one column a vertex of the level. `with_normals`:
+// also their area-weighted normals as VertexNormals() takes them, up to rounding.
 absl::StatusOr<TriangleMesh> MeshOfPatches(const LoopPatches& patches, Eigen::Matrix3Xd vertices,
                                            bool with_normals, const RunContext& context);
 

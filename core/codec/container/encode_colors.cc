@@ -76,6 +76,7 @@ std::array<int8_t, 9> AxesOf(const Eigen::Matrix3d& covariance) {
 
 class ColorEncoder {
  public:
+  // `file` and `refinement` must outlive it.
   static absl::StatusOr<ColorEncoder> Make(const DisplacedSurface& surface, const OpenedDss& file,
                                            const LoopRefinement& refinement,
                                            const RunContext& context) {

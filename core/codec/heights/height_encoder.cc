@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -19,9 +18,10 @@ namespace {
 constexpr int kRounds = 3, kMostRounds = 8;
 constexpr double kEnough = 0.35;
 constexpr double kCorrection = 0.75;
-// Of the share at which the error before quantisation is least: small changes vanish in dead zones,
-// so some more than that is better. Twice as much would leave the error as it is.
-constexpr double kMostCorrection = 1.5;
+// Where kCorrection goes farther than so many times the step of least error before quantisation,
+// that step is taken instead: a scan of a million points takes 41 336 bytes, not 46 945 with rounds
+// that diverge. That step everywhere takes 0.8 % more bytes: small changes vanish in dead zones.
+constexpr double kFarBeyond = 1.5;
 // A coefficient over little measured surface counts as having this share of the level's mean gain.
 constexpr double kLeastGainShare = 0.4;
 
@@ -140,6 +140,7 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
       change[v] = gain > 0 ? change[v] / gain : 0;
     }
   }
+  DropFixed(pass, change);
   const double share = ShareOfChange(pass, change);
   for (size_t v = 0; v < change.size(); ++v) {
     change[v] = pass.coefficients[v] * pass.unit + share * change[v];
@@ -148,16 +149,25 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
   return change;
 }
 
-// Share of `change` of the coefficients to be added. Where large faces lie beside small ones many
-// basis functions overlap, and the usual share would diverge.
-double HeightEncoder::ShareOfChange(const Pass& pass, std::vector<double> change) const {
-  lifting_.Synthesize(change);
+// The coefficients that a next round cannot change.
+void HeightEncoder::DropFixed(const Pass& pass, std::vector<double>& change) const {
+  for (const int v : zeros_) change[v] = 0;
+  if (pass.shared == nullptr) return;
+  std::fill_n(change.begin(), lifting_.end(kFirstGroupedLevel - 1), 0.0);
+}
+
+// How much of `change` to add to the coefficients. Where large faces lie beside small ones many
+// basis functions overlap, and kCorrection diverges. One number for all of the surface, or for
+// a part that is coded apart.
+double HeightEncoder::ShareOfChange(const Pass& pass, const std::vector<double>& change) const {
+  std::vector<double> heights_change = change;
+  lifting_.Synthesize(heights_change);
   double along = 0, squared = 0;
-  for (size_t v = 0; v < change.size(); ++v) {
-    along += weights_[v] * ErrorAt(v, pass) * change[v];
-    squared += weights_[v] * change[v] * change[v];
+  for (size_t v = 0; v < heights_change.size(); ++v) {
+    along += weights_[v] * ErrorAt(v, pass) * heights_change[v];
+    squared += weights_[v] * heights_change[v] * heights_change[v];
   }
-  return kCorrection * squared <= kMostCorrection * along ? kCorrection : along / squared;
+  return kCorrection * squared <= kFarBeyond * along ? kCorrection : along / squared;
 }
 
 HeightSums HeightEncoder::SumsOf(const Pass& pass) const {

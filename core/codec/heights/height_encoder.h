@@ -16,6 +16,7 @@
 #include "core/codec/heights/height_lifting.h"
 #include "core/codec/heights/height_weights.h"
 #include "core/codec/mesh/face_groups.h"
+#include "core/loop/face_vertices.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -84,7 +85,7 @@ class HeightEncoder : public HeightCoding {
  public:
   // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
   // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
-  // `groups`: of the control faces, coded apart; they must outlive this too.
+  // `groups`: of the control faces, coded apart; they must outlive this too. Null: none.
   // `plan`: of the surface that this is a part of.
   // `keep_zero_border`: see EncodeOptions; not with a plan.
   HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
@@ -124,7 +125,7 @@ class HeightEncoder : public HeightCoding {
   bool grouped() const { return groups_ != nullptr && max_level_ >= kFirstGroupedLevel; }
   // `Coder`: RangeEncoder, or NoBytes where the bytes are not asked for.
   template <typename Coder>
-  absl::Status CodeGroup(int group, const FaceVertices& whole,
+  absl::Status CodeGroup(int group, const FaceVertices& vertices_of_whole,
                          const std::vector<double>& targets_in_units, const HeightModels& models,
                          const RunContext& context, Pass& pass) const;
   template <typename Coder>
@@ -146,7 +147,8 @@ class HeightEncoder : public HeightCoding {
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
   double ErrorAt(size_t v, const Pass& pass) const;
-  double ShareOfChange(const Pass& pass, std::vector<double> change) const;
+  void DropFixed(const Pass& pass, std::vector<double>& change) const;
+  double ShareOfChange(const Pass& pass, const std::vector<double>& change) const;
   template <typename Coder>
   absl::Status RunRound(int round, double step, const RunContext& context, Pass& pass) const;
   HeightSums SumsOf(const Pass& pass) const;

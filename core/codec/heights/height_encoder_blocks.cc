@@ -240,12 +240,8 @@ absl::StatusOr<HeightEncoderBlocks::CoarseTargets> HeightEncoderBlocks::TargetsO
     std::vector<double> targets;
     RILIEVO_RETURN_IF_ERROR(encoder->SumsOfRounds(step, kCoarseRounds, own, &targets).status());
     TargetsOfBlock found;
-    for (const double target : targets) {
-      found.largest_target = std::max(found.largest_target, std::abs(target));
-    }
-    for (const float height : block.part.surface.heights) {
-      found.highest = std::max(found.highest, std::abs(double{height}));
-    }
+    found.largest_target = Farthest(targets);
+    found.highest = Farthest(block.part.surface.heights);
     for (size_t v = 0; v < block.coarse_there.size(); ++v) {
       if (!blocks_.Owns(block.range, block.coarse_there[v])) continue;
       found.there.push_back(block.coarse_there[v]);

@@ -12,6 +12,7 @@
 #include "core/codec/heights/group_heights.h"
 #include "core/codec/heights/height_encoder_level.h"
 #include "core/codec/heights/height_encoder_unit.h"
+#include "core/codec/mesh/face_groups.h"
 
 namespace rilievo {
 
@@ -24,9 +25,9 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
       pass.dequantizers[level], models, pass.state, pass.coefficients, &pass.layers.emplace_back());
 }
 
-// Writes at places of the pass that are this group's own. `vertices`: of the whole.
+// Writes at places of the pass that are this group's own.
 template <typename Coder>
-absl::Status HeightEncoder::CodeGroup(int group, const FaceVertices& vertices,
+absl::Status HeightEncoder::CodeGroup(int group, const FaceVertices& vertices_of_whole,
                                       const std::vector<double>& targets_in_units,
                                       const HeightModels& shared_models, const RunContext& context,
                                       Pass& pass) const {
@@ -34,7 +35,7 @@ absl::Status HeightEncoder::CodeGroup(int group, const FaceVertices& vertices,
   RILIEVO_ASSIGN_OR_RETURN(const GroupMesh mesh,
                            BuildGroupMesh(control, *groups_, group, max_level_, context));
   const std::vector<int> whole = VerticesThere(FaceVertices(mesh.refinement.levels[0], max_level_),
-                                               vertices, groups_->members[group]);
+                                               vertices_of_whole, groups_->members[group]);
   const auto gathered = [&](const auto& values, auto foreign) {
     std::vector<decltype(foreign)> own;
     own.reserve(whole.size());
@@ -108,7 +109,7 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
   for (auto& draws : pass.draws) draws.resize(levels);
   pass.pieces.assign(count, std::vector<std::vector<uint8_t>>(levels));
   pass.coefficients.resize(lifting_.end(max_level_), 0);
-  const FaceVertices vertices(refinement_.levels[0], max_level_);
+  const FaceVertices vertices_of_whole(refinement_.levels[0], max_level_);
   RunContext one_thread = context;
   one_thread.threads = 1;
   one_thread.progress = nullptr;
@@ -116,8 +117,8 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(groups_->count(), 1, context, [&](int64_t begin, int64_t end) {
         for (int64_t g = begin; g < end; ++g) {
-          coded[g] = CodeGroup<Coder>(static_cast<int>(g), vertices, targets_in_units, models,
-                                      one_thread, pass);
+          coded[g] = CodeGroup<Coder>(static_cast<int>(g), vertices_of_whole, targets_in_units,
+                                      models, one_thread, pass);
         }
       }));
   for (const absl::Status& of_group : coded) RILIEVO_RETURN_IF_ERROR(of_group);

@@ -9,7 +9,6 @@
 #include "core/codec/heights/height_coder.h"
 #include "core/codec/heights/height_encoder.h"
 #include "core/codec/heights/height_layout.h"
-#include "core/codec/mesh/face_groups.h"
 
 namespace rilievo {
 

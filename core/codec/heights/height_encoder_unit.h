@@ -9,7 +9,7 @@
 
 namespace rilievo {
 
-// The largest magnitude; 0 of none.
+// The largest magnitude; 0 if there are none.
 template <typename Value>
 double Farthest(const std::vector<Value>& values) {
   double farthest = 0;

@@ -116,8 +116,8 @@ const EdgeRule& HeightLifting::RuleOf(const Level& level, int edge) {
   return level.reach[edge] >= ReachOf(rule) ? rule : kEdgeRules[0];
 }
 
-// Subtracts them where `sign` is -1. Face by face, as SumOverFaces.
-void HeightLifting::AddPredictions(const Level& level, double sign, std::span<double> values) {
+// Adds `sign` times the prediction of each edge. Face by face, as SumOverFaces.
+void HeightLifting::AddPredicted(const Level& level, double sign, std::span<double> values) {
   const MeshTopology& coarse = *level.coarse;
   const std::span<double> fine = values.subspan(coarse.vertex_count);
   for (int e = 0; e < coarse.edge_count(); ++e) {
@@ -144,7 +144,7 @@ void HeightLifting::AddPredictions(const Level& level, double sign, std::span<do
   }
 }
 
-void HeightLifting::AddTransposedPredictions(const Level& level, std::span<double> values) {
+void HeightLifting::AddTransposedPredicted(const Level& level, std::span<double> values) {
   const MeshTopology& coarse = *level.coarse;
   const std::span<const double> fine = values.subspan(coarse.vertex_count);
   for (int e = 0; e < coarse.edge_count(); ++e) {
@@ -170,7 +170,7 @@ void HeightLifting::AddTransposedPredictions(const Level& level, std::span<doubl
   }
 }
 
-// `sign` times what the details take away.
+// Adds `sign` times each detail's share to the ends of its edge.
 void HeightLifting::AddUpdates(const Level& level, double sign, std::span<double> values) {
   const MeshTopology& coarse = *level.coarse;
   const double strength = sign * level.step.strength / 8;
@@ -203,7 +203,7 @@ std::vector<HeightLifting::RuleSums> HeightLifting::AnalyzeAndChoose(
       }
     }
     level.step.rule = static_cast<int>(std::min_element(sums.begin(), sums.end()) - sums.begin());
-    AddPredictions(level, -1, values);
+    AddPredicted(level, -1, values);
     AddUpdates(level, 1, values);
   }
   return of_levels;
@@ -211,7 +211,7 @@ std::vector<HeightLifting::RuleSums> HeightLifting::AnalyzeAndChoose(
 
 void HeightLifting::Analyze(std::span<double> values) const {
   for (int l = max_level(); l >= 1; --l) {
-    AddPredictions(levels_[l - 1], -1, values);
+    AddPredicted(levels_[l - 1], -1, values);
     AddUpdates(levels_[l - 1], 1, values);
   }
 }
@@ -219,7 +219,7 @@ void HeightLifting::Analyze(std::span<double> values) const {
 void HeightLifting::Synthesize(std::span<double> values) const {
   for (const Level& level : levels_) {
     AddUpdates(level, -1, values);
-    AddPredictions(level, 1, values);
+    AddPredicted(level, 1, values);
   }
 }
 
@@ -228,7 +228,7 @@ void HeightLifting::Adjoint(std::span<double> values) const {
     const Level& level = levels_[l - 1];
     const MeshTopology& coarse = *level.coarse;
     const int count = coarse.vertex_count;
-    AddTransposedPredictions(level, values);
+    AddTransposedPredicted(level, values);
     const double strength = level.step.strength / 8.0;
     for (int e = 0; e < coarse.edge_count(); ++e) {
       for (int side = 0; side < 2; ++side) {

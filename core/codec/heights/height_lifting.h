@@ -61,13 +61,13 @@ class HeightLifting {
  private:
   struct Level {
     LiftingStep step;
-    const MeshTopology* coarse;  // the level before
-    std::vector<double> update;  // of its vertices, at strength 8
-    std::vector<uint8_t> reach;  // of its edges: how much of the stencil is there, 0 to 2
+    const MeshTopology* coarse = nullptr;  // the level before
+    std::vector<double> update;            // of its vertices, at strength 8
+    std::vector<uint8_t> reach;            // of its edges: how much of the stencil is there, 0 to 2
   };
   static const EdgeRule& RuleOf(const Level& level, int edge);
-  static void AddPredictions(const Level& level, double sign, std::span<double> values);
-  static void AddTransposedPredictions(const Level& level, std::span<double> values);
+  static void AddPredicted(const Level& level, double sign, std::span<double> values);
+  static void AddTransposedPredicted(const Level& level, std::span<double> values);
   static void AddUpdates(const Level& level, double sign, std::span<double> values);
 
   std::vector<Level> levels_;  // entry l - 1: level l

@@ -41,6 +41,20 @@ ControlMesh FlatLattice(int size) {
   return mesh;
 }
 
+ControlMesh QuadSquare() {
+  ControlMesh mesh;
+  mesh.vertices.resize(3, 4);
+  mesh.vertices << 0, 1, 1, 0,  //
+      0, 0, 1, 1,               //
+      0, 0, 0, 0;
+  mesh.faces.resize(3, 2);
+  mesh.faces << 0, 2,  //
+      1, 3,            //
+      2, 0;
+  mesh.diagonals = {{0, 2}};
+  return mesh;
+}
+
 // Heights that put every vertex of the Loop surface of the octahedron on the sphere of radius r.
 DisplacedSurface Sphere(double r, int level) {
   DisplacedSurface surface;
@@ -125,6 +139,33 @@ TEST(TessellateTest, ReproducesQuadraticHeightsBeyondTheLastLevel) {
     ++inside;
   }
   EXPECT_GT(inside, 500);
+}
+
+// By patches, and by the whole topology: at coarse levels, and of quads.
+TEST(TessellateTest, TheUnitFrameHasTheSameTriangles) {
+  for (const bool quads : {false, true}) {
+    for (const int level : {0, 1, 3}) {
+      DisplacedSurface surface = Sphere(1.25, level);
+      if (quads) {
+        surface.control_mesh = QuadSquare();
+        const int64_t count =
+            RefineTopology(surface.control_mesh, level, RunContext())->vertex_count(level);
+        surface.heights.assign(count, 0.1f);
+        surface.sources.assign(count, HeightSource::kMeasured);
+      }
+      surface.frame = {{10, 20, 30}, 7};
+      const TriangleMesh mesh = *Tessellate(surface, level, RunContext());
+      for (const bool with_normals : {false, true}) {
+        const TriangleMesh unit =
+            *TessellateInUnitFrame(surface, level, with_normals, RunContext());
+        EXPECT_EQ(unit.triangles, mesh.triangles);
+        EXPECT_EQ(unit.normals, with_normals ? mesh.normals : Eigen::Matrix3Xd(3, 0));
+        for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+          EXPECT_EQ(surface.frame.ScanFromUnit(unit.vertices.col(v)), mesh.vertices.col(v));
+        }
+      }
+    }
+  }
 }
 
 TEST(TessellateTest, ThreadsDoNotChangeTheResult) {

@@ -2,8 +2,11 @@
 #include "core/codec/heights/height_encoder.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <stop_token>
+#include <thread>
 
 #include "core/codec/heights/height_decoder.h"
 #include "core/codec/heights/holes.h"
@@ -191,7 +194,7 @@ TEST(HeightEncoderTest, FilledHeightsFarFromToldOnesAreFree) {
 
 // Rounds of correction take something off the error of even faces, and add little where large faces
 // lie beside small ones.
-TEST(HeightEncoderTest, CorrectionsConverge) {
+TEST(HeightEncoderTest, CorrectionsDoNotDiverge) {
   constexpr int kRounds = 6;
   for (const double unevenness : {1.0, 8.0, 30.0}) {
     ControlMesh mesh = Torus(24, 20);
@@ -257,13 +260,25 @@ TEST(HeightEncoderTest, StopsWhenAsked) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
+  EXPECT_EQ(HeightEncoder(surface, refinement, 1).Encode(1e-4, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+TEST(HeightEncoderTest, StopsWhileGroupsAreCoded) {
+  const DisplacedSurface surface = Measured(Torus(24, 20), 5, 1e-4);
+  const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 4, RunContext());
   const std::vector<GridPoint> points(surface.control_mesh.vertices.cols(), GridPoint{});
   const FaceGroups groups = GroupFaces(refinement.levels[0], points, kLeastGroupLimit);
-  for (const FaceGroups* coded_apart : {static_cast<const FaceGroups*>(nullptr), &groups}) {
-    const HeightEncoder encoder(surface, refinement, 1, coded_apart);
-    EXPECT_TRUE(encoder.Encode(1e-4, RunContext()).ok());
-    EXPECT_EQ(encoder.Encode(1e-4, context).status().code(), absl::StatusCode::kCancelled);
-  }
+  ASSERT_GT(groups.count(), 4);
+  const HeightEncoder encoder(surface, refinement, 1, &groups);
+  std::stop_source source;
+  RunContext context;
+  context.stop = source.get_token();
+  const std::jthread stopper([&source] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    source.request_stop();
+  });
+  EXPECT_EQ(encoder.Encode(1e-5, context).status().code(), absl::StatusCode::kCancelled);
 }
 
 }  // namespace
