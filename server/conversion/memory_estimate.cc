@@ -27,7 +27,7 @@ constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // While the surface is sampled and coded: of a point, of a face of the finest level whose heights
 // are found at once, of any face, and of one where there are more than five for a point, so that
 // most heights are filled in.
-constexpr int64_t kSampledPoint = 60, kFace = 150, kCodedFace = 105, kFilledFace = 215;
+constexpr int64_t kSampledPoint = 60, kFace = 150, kCodedFace = 65, kFilledFace = 215;
 const int64_t kFacesAtOnce = 4 * kSampleHeights.part_vertices;  // two parts; a vertex has two faces
 // The number of a point's station with its vote and weight, and its normal, while sides are
 // decided; its colour, from the first to the last.
