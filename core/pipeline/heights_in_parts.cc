@@ -125,7 +125,7 @@ OrientedCloud CloudOf(const std::vector<int>& faces, const PointsOfFaces& of_fac
   return cloud;
 }
 
-struct MeasuredPart {
+struct HeightsOfPart {
   HeightsOfFaces found;
   double points = 0;
 };
@@ -156,7 +156,7 @@ absl::StatusOr<DisplacementField> MeasureHeightsInParts(
       CompactParts(mesh, topology, std::max<int64_t>(1, part_vertices * faces / vertices));
   RunContext silent = context;
   silent.progress = nullptr;
-  const auto measure = [&](size_t part, MeasuredPart* measured) -> absl::Status {
+  const auto measure = [&](size_t part, HeightsOfPart* measured) -> absl::Status {
     if (part >= parts.size()) return absl::OkStatus();
     const SubMesh sub =
         cutter.Cut(WithBareFaces(topology, of_faces, parts[part]), RingsAround(level));
@@ -175,7 +175,7 @@ absl::StatusOr<DisplacementField> MeasureHeightsInParts(
   for (size_t part = 0; part < parts.size(); part += 2) {
     context.Report(Stage::kDisplacement,
                    static_cast<double>(part) / static_cast<double>(parts.size()));
-    std::array<MeasuredPart, 2> both;
+    std::array<HeightsOfPart, 2> both;
     RILIEVO_RETURN_IF_ERROR(RunConcurrently(
         silent, [&] { return measure(part, &both[0]); },
         [&] { return measure(part + 1, &both[1]); }));

@@ -30,7 +30,7 @@ bool CanLose(const PolygonSet& polygons, int v) {
 }
 
 // Other quads over the same ring of vertices.
-struct Turn {
+struct RingTurn {
   std::vector<FourCorners> quads;
   int change = 0;  // in squared valences
   double squareness = 1;
@@ -79,10 +79,11 @@ bool TurnEdge(int a, int b, PolygonSet* polygons) {
   for (const FourCorners& quad : before) was_flat += FlatCorners(*polygons, quad, 0, 3);
   const double was = LeastSquareness(*polygons, before);
   const auto at = [&](size_t i) { return ring[i % 6]; };
-  std::optional<Turn> best;
+  std::optional<RingTurn> best;
   for (const size_t k : {1, 2}) {
     if (polygons->HasEdge(at(k), at(k + 3))) continue;
-    Turn turn{{{at(k), at(k + 1), at(k + 2), at(k + 3)}, {at(k + 3), at(k + 4), at(k + 5), at(k)}}};
+    RingTurn turn{
+        {{at(k), at(k + 1), at(k + 2), at(k + 3)}, {at(k + 3), at(k + 4), at(k + 5), at(k)}}};
     // The new edge makes the other corners whole.
     int flat = -was_flat;
     for (const FourCorners& quad : turn.quads) flat += FlatCorners(*polygons, quad, 1, 2);
@@ -115,7 +116,7 @@ bool TurnVertex(int p, int v, PolygonSet* polygons) {
   ring = ends;
   ring.insert(ring.end(), opposite.begin(), opposite.end());
   if (!AreDistinct(ring) || !AreFlat(*polygons, before)) return false;
-  Turn turn;
+  RingTurn turn;
   int flat = 0;
   for (size_t i = 0; i < before.size(); ++i) {
     turn.quads.push_back(
