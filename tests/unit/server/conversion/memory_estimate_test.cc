@@ -37,9 +37,9 @@ const Measured kMeasured[] = {
     {"torus", 20'000, 270.3, 1.3, 0, Topology::kUser, 96'800},
     {"torus", 2'000, 264.6, 1.3, 0, Topology::kUser, 96'800, {}, 4},
     {"torus", 200'000, 100.4, 1.7},
-    {"torus", 1'000'000, 278.4},
+    {"torus", 1'000'000, 278.4, 1.8},
     {"torus", 3'000'000, 770.0, 1.8, 0, Topology::kAuto, 0, 3},
-    {"torus", 10'000'000, 3342.6, 1.25, 12'000},
+    {"torus", 10'000'000, 3342.6, 1.3, 12'000},
     {"torus", 100'000, 109.8, 1.5, 0, Topology::kAuto, 0, {}, 2, 64},
     {"torus", 20'000, 30.3, 2.5, 0, Topology::kAuto, 0, {}, 2, 6},
     // Mostly filled in.
