@@ -142,6 +142,8 @@ struct ScaleSurfaceSettings {
 RILIEVO_SETTINGS ScaleSurfaceSettings kScaleSurface;
 
 struct SharpFootPointsSettings {
+  // Least cosine of the normals of a point and of its side.
+  double own_side = 0.75;
   // Points count by a Gaussian of so many spacings.
   double reach_spacings = 2.5;
   // Axes weaker than this tell nothing: the sides' planes meet too flatly across them.

@@ -7,7 +7,6 @@
 #include "core/base/ablation.h"
 #include "core/domain/cloud_assignment.h"
 #include "core/domain/settings.h"
-#include "core/points/settings.h"
 
 namespace rilievo {
 namespace {
@@ -53,7 +52,7 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
         best = k;
       }
     }
-    if (agreement < kCommon.same_side) continue;
+    if (agreement < kSharpFootPoints.own_side) continue;
     const Vector3d way = cloud.points.col(point) - position;
     const double spacing = cloud.spacing[static_cast<size_t>(point)];
     const double offset = HalfwayNormal(normal, surface.side_normals.col(first + best)).dot(way);

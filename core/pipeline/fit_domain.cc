@@ -22,7 +22,6 @@
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/domain_of_mesh.h"
 #include "core/pipeline/settings.h"
-#include "core/points/settings.h"
 #include "core/scan/local_shape/settings.h"
 #include "core/scan/local_shape/thick_noise.h"
 #include "core/surface/measure_error.h"
@@ -48,7 +47,7 @@ struct FewFaces {
 };
 
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
-  if (noise >= kCommon.clean_noise * spacing) {
+  if (noise >= kFitDomain.least_noise_spacings * spacing) {
     const bool known = noise > kThickNoise.understated_noise * spacing;
     const int a_fifth = static_cast<int>(kFitDomain.share_of_faces * static_cast<double>(faces));
     return {(known ? kFitDomain.most_known_noise : kFitDomain.most_noise) * noise,

@@ -80,8 +80,9 @@ struct EditSurfaceSettings {
 RILIEVO_SETTINGS EditSurfaceSettings kEditSurface;
 
 struct FitDomainSettings {
-  double share_of_faces = 0.21;  // that are tried next, of those before
-  int fewest_faces = 100;        // of a control mesh that is tried
+  double share_of_faces = 0.21;        // that are tried next, of those before
+  int fewest_faces = 100;              // of a control mesh that is tried
+  double least_noise_spacings = 0.08;  // noise from which fewer faces are judged by the noise
   // RMS distance of the points from the domain, in standard deviations of their noise. At a fifth
   // of the faces smooth objects came to 1.14 under little noise, of which the nearest points show
   // too little, and to 1.04 at most from the ratio to the spacing on at which its scale is known

@@ -56,7 +56,7 @@ bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
   int covered = 0, seen = 0;
   for (const int v : loop) {
     covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
-    seen += point_within(vertices.col(v), kCommon.gap_spacings) >= 0 ? 1 : 0;
+    seen += point_within(vertices.col(v), kLoopSupport.seen_spacings) >= 0 ? 1 : 0;
   }
   const auto size = static_cast<double>(loop.size());
   return seen >= kLoopSupport.seen * size &&

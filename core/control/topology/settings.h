@@ -31,6 +31,7 @@ struct GrowFacesSettings {
 RILIEVO_SETTINGS GrowFacesSettings kGrowFaces;
 
 struct LoopSupportSettings {
+  double seen_spacings = 2;  // from a point to what it sees
   double seen = 0.5;         // share of the loop
   double covered = 0.7;      // share of the places within the loop
 };

@@ -7,6 +7,7 @@ namespace rilievo {
 
 struct TwoPlaneModelSettings {
   static constexpr int most_points = 384;  // gathered around an edge: the size of its arrays
+  int least_side_points = 8;               // of a side that has a plane
   int bow_rounds = 2;                      // in which plane and bow along the edge find each other
   // Least cosine of a point's normal and the nearer of the faces'.
   double nearer_face = 0.2;

@@ -94,7 +94,7 @@ struct SideSums {
 // The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
 bool FitSide(const SideSums& sums, HingePlane* plane) {
   const int count = sums.count;
-  if (count < kCommon.fewest_of_plane) return false;
+  if (count < kTwoPlaneModel.least_side_points) return false;
   const Vector3d mean = sums.at / count;
   const double mean_bow = sums.bow / count;
   const Eigen::Matrix3d squares = sums.Squares() - count * mean * mean.transpose();
@@ -214,7 +214,8 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   fit.middle = place.middle;
   fit.along = place.along;
   Neighborhood around = Gather(cloud, found, count, place);
-  if (around.count < 2 * kCommon.fewest_of_plane || !Part(&around, &fit.sides)) return std::nullopt;
+  if (around.count < 2 * kTwoPlaneModel.least_side_points || !Part(&around, &fit.sides))
+    return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   const Vector3d axis = a + b;
   if (!(a.cross(b).norm() > kTwoPlaneModel.least_sine) || !(axis.norm() > 0.1)) return std::nullopt;
