@@ -10,9 +10,9 @@
 
 namespace rilievo {
 
-// The triangles of the patches' level in the order of LoopRefinement, over the given vertices. The
-// same for any number of threads. `vertices`: one column a vertex of the level. `with_normals`:
-// also their area-weighted normals as VertexNormals() takes them, up to rounding.
+// The triangles of the patches' level in the order of LoopRefinement, over `vertices`, which has a
+// column for each vertex of the level. With `with_normals` the mesh has normals too: area-weighted,
+// as VertexNormals() takes them, up to rounding. The same for any number of threads.
 absl::StatusOr<TriangleMesh> MeshOfPatches(const LoopPatches& patches, Eigen::Matrix3Xd vertices,
                                            bool with_normals, const RunContext& context);
 
