@@ -10,7 +10,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1024;
+constexpr int64_t kVertexBlock = 1024;
 
 // Numbers of the points whose coordinates are finite.
 std::vector<int> FinitePoints(const Eigen::Matrix3Xd& points) {
@@ -32,7 +32,7 @@ absl::StatusOr<std::vector<int>> Nearest(const Eigen::Matrix3Xd& vertices,
                            ClosestPointTree::Build(sound, Eigen::Matrix3Xi(), context));
   std::vector<int> nearest(static_cast<size_t>(vertices.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(vertices.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(vertices.cols(), kVertexBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t v = begin; v < end; ++v) {
           hint = tree.Closest(vertices.col(v), hint).item;

@@ -28,7 +28,7 @@ using e57::ScanDescription;
 using e57::SectionReader;
 
 constexpr uint64_t kMostXml = uint64_t{64} << 20;
-constexpr size_t kBlock = 4096;  // records that are decoded at a time
+constexpr size_t kE57Block = 4096;  // records that are decoded at a time
 
 struct Description {
   std::vector<ScanDescription> scans;
@@ -148,7 +148,7 @@ class E57Reader {
   absl::Status ReadRecords(const ScanDescription& scan, SectionReader section) {
     std::vector<std::vector<double>> values;
     for (;;) {
-      RILIEVO_ASSIGN_OR_RETURN(const size_t count, section.Next(kBlock, &values));
+      RILIEVO_ASSIGN_OR_RETURN(const size_t count, section.Next(kE57Block, &values));
       if (count == 0) return absl::OkStatus();
       for (size_t i = 0; i < count; ++i) AddRecord(scan, values, i);
       RILIEVO_RETURN_IF_ERROR(points_.status());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -14,7 +13,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr bool kSwapGlb = std::endian::native == std::endian::big;  // glTF is little-endian
 constexpr uint32_t kGlbMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 constexpr uint64_t kMostJsonBytes = uint64_t{16} << 20;
 // A value takes up to a hundred bytes of memory and two of the file.
@@ -97,19 +95,19 @@ struct ChunkHead {
 absl::StatusOr<ChunkHead> TakeChunkHead(ByteSource* source) {
   const char* head = source->Take(8);
   if (head == nullptr) return absl::DataLossError("ends in the header of a chunk");
-  return ChunkHead{LoadAs<uint32_t>(head, kSwapGlb), LoadAs<uint32_t>(head + 4, kSwapGlb)};
+  return ChunkHead{LoadAs<uint32_t>(head, kSwapLittle), LoadAs<uint32_t>(head + 4, kSwapLittle)};
 }
 
 // How many bytes the file has by its header, without that.
 absl::StatusOr<uint64_t> TakeGlbHeader(ByteSource* source) {
   const char* head = source->Take(12);
   if (head == nullptr) return absl::DataLossError("shorter than its 12-byte header");
-  if (LoadAs<uint32_t>(head, kSwapGlb) != kGlbMagic) {
+  if (LoadAs<uint32_t>(head, kSwapLittle) != kGlbMagic) {
     return GlbError("the first bytes are not 'glTF'");
   }
-  const auto version = LoadAs<uint32_t>(head + 4, kSwapGlb);
+  const auto version = LoadAs<uint32_t>(head + 4, kSwapLittle);
   if (version != 2) return GlbError("version ", version, " is not read; convert it to glTF 2.0");
-  const uint64_t length = LoadAs<uint32_t>(head + 8, kSwapGlb);
+  const uint64_t length = LoadAs<uint32_t>(head + 8, kSwapLittle);
   if (length < 20) return GlbError("the header says that the file has ", length, " bytes");
   return length - 12;
 }
@@ -145,7 +143,7 @@ absl::StatusOr<size_t> WidthOf(const Json& accessor) {
 }  // namespace
 
 double GlbRows::Value(uint64_t row, size_t column) const {
-  return LoadScalar(bytes + row * stride + column * ScalarSize(type), type, kSwapGlb);
+  return LoadScalar(bytes + row * stride + column * ScalarSize(type), type, kSwapLittle);
 }
 
 double GlbRows::Real(uint64_t row, size_t column) const {

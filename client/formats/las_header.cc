@@ -1,6 +1,5 @@
 #include "client/formats/las_header.h"
 
-#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -11,7 +10,6 @@
 namespace rilievo {
 namespace {
 
-constexpr bool kSwap = std::endian::native == std::endian::big;
 constexpr size_t kShortHeader = 227;  // LAS 1.0 to 1.2
 constexpr size_t kLongHeader = 375;   // LAS 1.4
 // LASzip sets it in the point format, and may set the bit below.
@@ -69,24 +67,24 @@ absl::StatusOr<LasHeader> ReadLasHeader(ByteSource* source) {
   if (major != 1 || header.minor_version > 4) {
     return Invalid("version ", major, ".", header.minor_version, ", known are 1.0 to 1.4");
   }
-  const auto size = LoadAs<uint16_t>(bytes + 94, kSwap);
+  const auto size = LoadAs<uint16_t>(bytes + 94, kSwapLittle);
   header.records_offset = size;
-  header.point_offset = LoadAs<uint32_t>(bytes + 96, kSwap);
-  header.record_count = LoadAs<uint32_t>(bytes + 100, kSwap);
+  header.point_offset = LoadAs<uint32_t>(bytes + 96, kSwapLittle);
+  header.record_count = LoadAs<uint32_t>(bytes + 100, kSwapLittle);
   const auto format = LoadAs<uint8_t>(bytes + 104, false);
   header.compressed = (format & kCompressed) != 0;
   header.point_format = header.compressed ? format & kPointFormat : format;
-  header.record_size = LoadAs<uint16_t>(bytes + 105, kSwap);
-  header.point_count = LoadAs<uint32_t>(bytes + 107, kSwap);
+  header.record_size = LoadAs<uint16_t>(bytes + 105, kSwapLittle);
+  header.point_count = LoadAs<uint32_t>(bytes + 107, kSwapLittle);
   for (int axis = 0; axis < 3; ++axis) {
-    header.scale[axis] = LoadAs<double>(bytes + 131 + 8 * axis, kSwap);
-    header.offset[axis] = LoadAs<double>(bytes + 155 + 8 * axis, kSwap);
+    header.scale[axis] = LoadAs<double>(bytes + 131 + 8 * axis, kSwapLittle);
+    header.offset[axis] = LoadAs<double>(bytes + 155 + 8 * axis, kSwapLittle);
   }
   if (header.minor_version >= 4 && size >= kLongHeader) {
     bytes = source->Take(kLongHeader - kShortHeader);
     if (bytes == nullptr) return CutOff();
     // The legacy count is 0 for the formats from 6 on and beyond 2^32 points.
-    const auto count = LoadAs<uint64_t>(bytes + 247 - kShortHeader, kSwap);
+    const auto count = LoadAs<uint64_t>(bytes + 247 - kShortHeader, kSwapLittle);
     if (count > 0) header.point_count = count;
   }
   RILIEVO_RETURN_IF_ERROR(CheckHeader(header, size));

@@ -1,7 +1,6 @@
 // LAS 1.0 to 1.4 and LAZ, all point formats.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -23,8 +22,6 @@
 
 namespace rilievo {
 namespace {
-
-constexpr bool kSwap = std::endian::native == std::endian::big;
 
 // "Withheld" points are deleted ones that the file still holds: a bit of the classification in
 // formats 0 to 5, of the flags before it in the others.
@@ -154,23 +151,23 @@ class LasReader {
     }
     std::array<uint16_t, 3> color{};
     for (size_t channel = 0; color_offset_ > 0 && channel < 3; ++channel) {
-      color[channel] = LoadAs<uint16_t>(record + color_offset_ + 2 * channel, kSwap);
+      color[channel] = LoadAs<uint16_t>(record + color_offset_ + 2 * channel, kSwapLittle);
       largest_channel_ = std::max(largest_channel_, color[channel]);
     }
     if (!points_.Chooses(ClassOf(record, header_.point_format))) return;
     std::array<double, 3> point;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto value = LoadAs<int32_t>(record + 4 * axis, kSwap);
+      const auto value = LoadAs<int32_t>(record + 4 * axis, kSwapLittle);
       point[axis] = value * header_.scale[axis] + header_.offset[axis];
     }
     points_.Add(point[0], point[1], point[2]);
-    if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
+    if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwapLittle));
     if (wanted_.trajectory != nullptr) AddStation(record);
     if (color_offset_ > 0) colors_.push_back(color);
   }
 
   void AddStation(const char* record) {
-    const auto time = LoadAs<double>(record + kLasTimeOffsets[header_.point_format], kSwap);
+    const auto time = LoadAs<double>(record + kLasTimeOffsets[header_.point_format], kSwapLittle);
     const Eigen::Vector3d place = wanted_.trajectory->At(time);
     has_stations_ |= place.allFinite();
     first_time_ = std::min(first_time_, time);

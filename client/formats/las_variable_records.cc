@@ -1,6 +1,5 @@
 #include "client/formats/las_variable_records.h"
 
-#include <bit>
 #include <cstdint>
 #include <string_view>
 #include <utility>
@@ -12,7 +11,6 @@
 namespace rilievo {
 namespace {
 
-constexpr bool kSwap = std::endian::native == std::endian::big;
 constexpr size_t kRecordHeader = 54;
 constexpr int kLaszipRecord = 22204, kWktRecord = 2112, kGeoKeysRecord = 34735;
 // OGC GeoTIFF 1.1, ProjectedCRSGeoKey and GeodeticCRSGeoKey.
@@ -32,9 +30,9 @@ std::string CrsOfGeoKeys(std::string_view content) {
   constexpr size_t kRow = 8;
   uint16_t projected = 0, geodetic = 0;
   for (size_t at = kRow; at + kRow <= content.size(); at += kRow) {
-    const auto key = LoadAs<uint16_t>(content.data() + at, kSwap);
-    const auto location = LoadAs<uint16_t>(content.data() + at + 2, kSwap);
-    const auto value = LoadAs<uint16_t>(content.data() + at + 6, kSwap);
+    const auto key = LoadAs<uint16_t>(content.data() + at, kSwapLittle);
+    const auto location = LoadAs<uint16_t>(content.data() + at + 2, kSwapLittle);
+    const auto value = LoadAs<uint16_t>(content.data() + at + 6, kSwapLittle);
     if (location != 0 || value == 0 || value == kUserDefined) continue;
     if (key == kProjectedKey) projected = value;
     if (key == kGeodeticKey) geodetic = value;
@@ -78,8 +76,8 @@ absl::StatusOr<LasVariableRecords> ReadLasVariableRecords(ByteSource* source,
     const char* record = source->Take(kRecordHeader);
     if (record == nullptr) return CutOff(header);
     const std::string user(record + 2, 16);
-    const auto number = LoadAs<uint16_t>(record + 18, kSwap);
-    const auto size = LoadAs<uint16_t>(record + 20, kSwap);
+    const auto number = LoadAs<uint16_t>(record + 18, kSwapLittle);
+    const auto size = LoadAs<uint16_t>(record + 20, kSwapLittle);
     if (source->position() + size > header.point_offset) {
       if (!header.compressed) break;
       return absl::InvalidArgumentError(absl::StrCat(

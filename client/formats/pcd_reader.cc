@@ -290,8 +290,6 @@ absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PcdPoints* p
   return absl::OkStatus();
 }
 
-constexpr bool kSwap = std::endian::native == std::endian::big;  // PCD bodies are little-endian
-
 absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PcdPoints* points) {
   if (source->remaining()) {
     RILIEVO_RETURN_IF_ERROR(CheckPointsFit(header, header.point_bytes, *source->remaining()));
@@ -306,7 +304,7 @@ absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PcdPoints* 
     for (uint64_t row = 0; row < rows; ++row, bytes += header.point_bytes) {
       for (size_t place = 0; place < point.size(); ++place) {
         const PcdField& field = header.fields[header.columns[place]];
-        point[place] = LoadScalar(bytes + field.byte_offset, field.type, kSwap);
+        point[place] = LoadScalar(bytes + field.byte_offset, field.type, kSwapLittle);
       }
       points->Add(header, point);
     }
@@ -320,8 +318,8 @@ absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PcdPoints* 
 absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoints* points) {
   const char* sizes = source->Take(8);
   if (sizes == nullptr) return absl::DataLossError("PCD data: the bytes end before the two sizes");
-  const uint64_t compressed = LoadAs<uint32_t>(sizes, kSwap);
-  const uint64_t size = LoadAs<uint32_t>(sizes + 4, kSwap);
+  const uint64_t compressed = LoadAs<uint32_t>(sizes, kSwapLittle);
+  const uint64_t size = LoadAs<uint32_t>(sizes + 4, kSwapLittle);
   if (header.points > size / header.point_bytes || header.points * header.point_bytes != size) {
     return absl::InvalidArgumentError(
         absl::StrCat("PCD data: ", size, " uncompressed bytes announced, ", header.points,
@@ -340,7 +338,7 @@ absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoin
     for (size_t place = 0; place < point.size(); ++place) {
       const PcdField& field = header.fields[header.columns[place]];
       const char* plane = body.data() + field.byte_offset * header.points;
-      point[place] = LoadScalar(plane + i * field.bytes(), field.type, kSwap);
+      point[place] = LoadScalar(plane + i * field.bytes(), field.type, kSwapLittle);
     }
     points->Add(header, point);
     RILIEVO_RETURN_IF_ERROR(points->points.status());

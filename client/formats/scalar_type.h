@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -15,6 +16,9 @@ inline size_t ScalarSize(ScalarType type) {
 }
 
 inline bool IsInteger(ScalarType type) { return type < ScalarType::kF32; }
+
+// Whether this machine reverses the bytes of formats that are little-endian.
+inline constexpr bool kSwapLittle = std::endian::native == std::endian::big;
 
 template <typename T>
 T LoadAs(const char* bytes, bool swap) {

@@ -1,5 +1,4 @@
 #include <array>
-#include <bit>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -35,13 +34,12 @@ class CornerWelder {
   std::vector<int> indices_;
 };
 
-constexpr bool kSwap = std::endian::native == std::endian::big;  // STL is little-endian
 constexpr size_t kStlHeader = 80, kStlTriangle = 50;
 
 absl::Status ReadBinaryStl(ByteSource* source, CornerWelder* corners) {
   const char* head = source->Take(kStlHeader + 4);
   if (head == nullptr) return absl::DataLossError("STL: shorter than its 84-byte header");
-  const uint64_t count = LoadAs<uint32_t>(head + kStlHeader, kSwap);
+  const uint64_t count = LoadAs<uint32_t>(head + kStlHeader, kSwapLittle);
   if (!source->MayHold(count * kStlTriangle)) {
     return absl::DataLossError(absl::StrCat("STL: the header claims ", count, " triangles, the ",
                                             *source->remaining(), " bytes left hold ",
@@ -52,8 +50,8 @@ absl::Status ReadBinaryStl(ByteSource* source, CornerWelder* corners) {
     if (bytes == nullptr) return absl::DataLossError(absl::StrCat("STL: ends in triangle ", i + 1));
     for (size_t corner = 0; corner < 3; ++corner) {
       const char* at = bytes + 12 + 12 * corner;  // after the normal
-      corners->Add(LoadAs<float>(at, kSwap), LoadAs<float>(at + 4, kSwap),
-                   LoadAs<float>(at + 8, kSwap));
+      corners->Add(LoadAs<float>(at, kSwapLittle), LoadAs<float>(at + 4, kSwapLittle),
+                   LoadAs<float>(at + 8, kSwapLittle));
     }
   }
   return absl::OkStatus();

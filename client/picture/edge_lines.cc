@@ -8,8 +8,7 @@
 namespace rilievo {
 namespace {
 
-constexpr float kRadius = 1.1f;  // samples
-constexpr int64_t kRowBlock = 64;
+constexpr float kRadius = 1.1f;    // samples
 constexpr int kMostSteps = 65536;  // along one edge, however far its ends lie off the picture
 const Eigen::Vector3f kInk(0.02f, 0.05f, 0.12f);
 

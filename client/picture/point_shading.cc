@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int64_t kRowBlock = 64;
 constexpr float kNone = -std::numeric_limits<float>::infinity();
 constexpr int kRing[8][2] = {{2, 0}, {-2, 0}, {0, 2}, {0, -2}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
 

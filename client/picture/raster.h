@@ -11,6 +11,9 @@
 
 namespace rilievo {
 
+// Rows of pixels that a thread takes at a time.
+inline constexpr int64_t kRowBlock = 64;
+
 struct Raster {
   Raster(int w, int h)
       : width(w),

@@ -22,7 +22,6 @@ using Eigen::Vector3f;
 constexpr int kSamples = 2;  // along each side of a pixel
 const Vector3f kStone(0.66f, 0.62f, 0.54f);
 constexpr int64_t kVertexBlock = 8192;
-constexpr int64_t kRowBlock = 64;
 
 struct DrawnVertex {
   Projected at;

@@ -1,7 +1,6 @@
 #include "client/formats/e57/paged_file.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <span>
 #include <sstream>
@@ -15,7 +14,6 @@
 namespace rilievo::e57 {
 namespace {
 
-constexpr bool kSwap = std::endian::native == std::endian::big;
 // Table 1 of the standard.
 constexpr size_t kHeaderSize = 48, kLengthOffset = 16;
 constexpr size_t kChecksumSize = 4;
@@ -39,7 +37,7 @@ bool IsSound(const char* page, size_t size) {
   const size_t payload = size - kChecksumSize;
   const auto* bytes = reinterpret_cast<const uint8_t*>(page);
   return Crc32c(std::span<const uint8_t>(bytes, payload)) ==
-         LoadAs<uint32_t>(page + payload, !kSwap);
+         LoadAs<uint32_t>(page + payload, !kSwapLittle);
 }
 
 uint64_t SizeFrom(std::istream& in, std::istream::pos_type start) {
@@ -66,7 +64,7 @@ void PagedFile::ReadPipe() {
   std::string bytes;
   // Up to the length of the header, as nothing says that a pipe ends there.
   while (*in_ && (bytes.size() < kHeaderSize ||
-                  bytes.size() < LoadAs<uint64_t>(bytes.data() + kLengthOffset, kSwap))) {
+                  bytes.size() < LoadAs<uint64_t>(bytes.data() + kLengthOffset, kSwapLittle))) {
     const size_t size = bytes.size();
     bytes.resize(size + kBlock);
     in_->read(bytes.data() + size, static_cast<std::streamsize>(kBlock));
@@ -85,15 +83,15 @@ absl::Status PagedFile::ReadHeader() {
     return Lost("the file ends within its header; truncated file?");
   }
   if (std::memcmp(bytes, "ASTM-E57", 8) != 0) return Invalid("does not begin with ASTM-E57");
-  const auto major = LoadAs<uint32_t>(bytes + 8, kSwap);
-  const auto minor = LoadAs<uint32_t>(bytes + 12, kSwap);
+  const auto major = LoadAs<uint32_t>(bytes + 8, kSwapLittle);
+  const auto minor = LoadAs<uint32_t>(bytes + 12, kSwapLittle);
   if (major != 1 || minor != 0) {
     return Invalid("version ", major, ".", minor, ", known is 1.0; export the scan as E57 1.0");
   }
-  const auto length = LoadAs<uint64_t>(bytes + kLengthOffset, kSwap);
-  xml_offset_ = LoadAs<uint64_t>(bytes + 24, kSwap);
-  xml_length_ = LoadAs<uint64_t>(bytes + 32, kSwap);
-  page_size_ = LoadAs<uint64_t>(bytes + 40, kSwap);
+  const auto length = LoadAs<uint64_t>(bytes + kLengthOffset, kSwapLittle);
+  xml_offset_ = LoadAs<uint64_t>(bytes + 24, kSwapLittle);
+  xml_length_ = LoadAs<uint64_t>(bytes + 32, kSwapLittle);
+  page_size_ = LoadAs<uint64_t>(bytes + 40, kSwapLittle);
   if (page_size_ < kLeastPage || page_size_ > kMostPage) {
     return Invalid("pages of ", page_size_, " bytes, ", kLeastPage, " to ", kMostPage,
                    " are possible, 1024 is usual; damaged file? copy or export it again");

@@ -1,7 +1,6 @@
 #include "client/formats/e57/section_reader.h"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,7 +10,6 @@
 namespace rilievo::e57 {
 namespace {
 
-constexpr bool kSwap = std::endian::native == std::endian::big;
 constexpr size_t kSectionHeader = 32;
 constexpr uint8_t kCompressedVector = 1;  // kind of a section
 // Kinds of packets.
@@ -51,13 +49,13 @@ absl::Status SectionReader::ReadHeader() {
     return Lost("no points at byte ", scan_->section_offset, ": the section's kind is ", kind,
                 ", it must be ", kCompressedVector);
   }
-  const auto length = LoadAs<uint64_t>(header + 8, kSwap);
+  const auto length = LoadAs<uint64_t>(header + 8, kSwapLittle);
   if (length < kSectionHeader || length > file_->logical_size() - begin_) {
     return Lost("its section of ", length, " bytes at byte ", scan_->section_offset,
                 ", the file has ", file_->logical_size() - begin_, " there");
   }
   end_ = begin_ + length;
-  RILIEVO_ASSIGN_OR_RETURN(at_, file_->Logical(LoadAs<uint64_t>(header + 16, kSwap),
+  RILIEVO_ASSIGN_OR_RETURN(at_, file_->Logical(LoadAs<uint64_t>(header + 16, kSwapLittle),
                                                scan_->name + ": the first packet"));
   if (at_ < begin_ + kSectionHeader || at_ >= end_) {
     return Lost("its first packet, at byte ", file_->Physical(at_), ", is outside its section");
@@ -102,7 +100,7 @@ absl::Status SectionReader::ReadPacket() {
   char start[kPacketStart];
   RILIEVO_RETURN_IF_ERROR(file_->Read(at_, sizeof(start), start));
   const auto kind = LoadAs<uint8_t>(start, false);
-  const size_t size = size_t{LoadAs<uint16_t>(start + 2, kSwap)} + 1;
+  const size_t size = size_t{LoadAs<uint16_t>(start + 2, kSwapLittle)} + 1;
   const uint64_t place = file_->Physical(at_);
   if (kind != kIndexPacket && kind != kDataPacket && kind != kEmptyPacket) {
     return Lost("the packet at byte ", place, " is of kind ", kind,
@@ -123,14 +121,15 @@ absl::Status SectionReader::ReadPacket() {
 
 absl::Status SectionReader::TakeData() {
   const uint64_t place = file_->Physical(at_);
-  const size_t count = packet_.size() < kDataHeader ? 0 : LoadAs<uint16_t>(&packet_[4], kSwap);
+  const size_t count =
+      packet_.size() < kDataHeader ? 0 : LoadAs<uint16_t>(&packet_[4], kSwapLittle);
   if (count != scan_->fields.size()) {
     return Lost("the packet at byte ", place, " has ", count, " bytestreams for ",
                 scan_->fields.size(), " fields");
   }
   std::vector<size_t> begins(count + 1, kDataHeader + 2 * count);
   for (size_t i = 0; i < count && begins[0] <= packet_.size(); ++i) {
-    begins[i + 1] = begins[i] + LoadAs<uint16_t>(&packet_[kDataHeader + 2 * i], kSwap);
+    begins[i + 1] = begins[i] + LoadAs<uint16_t>(&packet_[kDataHeader + 2 * i], kSwapLittle);
   }
   if (begins[count] > packet_.size()) {
     return Lost("the packet at byte ", place, " has ", packet_.size(),

@@ -1,7 +1,6 @@
 #include "client/formats/e57/value_stream.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <limits>
 
@@ -10,14 +9,12 @@
 namespace rilievo::e57 {
 namespace {
 
-constexpr bool kSwap = std::endian::native == std::endian::big;
-
 // The bits of up to 8 bytes, fewer before `end`.
 uint64_t LoadWord(const char* bytes, const char* end) {
-  if (end - bytes >= 8) return LoadAs<uint64_t>(bytes, kSwap);
+  if (end - bytes >= 8) return LoadAs<uint64_t>(bytes, kSwapLittle);
   char padded[8] = {};
   std::copy(bytes, end, padded);
-  return LoadAs<uint64_t>(padded, kSwap);
+  return LoadAs<uint64_t>(padded, kSwapLittle);
 }
 
 }  // namespace
@@ -50,7 +47,8 @@ void ValueStream::Take(size_t count, double* values) {
 template <typename Real>
 void ValueStream::TakeReals(size_t count, double* values) {
   const char* bytes = bytes_.data() + begin_;
-  for (size_t i = 0; i < count; ++i) values[i] = LoadAs<Real>(bytes + i * sizeof(Real), kSwap);
+  for (size_t i = 0; i < count; ++i)
+    values[i] = LoadAs<Real>(bytes + i * sizeof(Real), kSwapLittle);
   begin_ += count * sizeof(Real);
 }
 

@@ -52,7 +52,7 @@ void PackColumn(const char* mode, std::string packed, GlbColumn* column) {
   column->write = [bytes = std::move(packed)](BlockWriter* writer) { writer->text() += bytes; };
 }
 
-std::string PackedRows(const std::string& rows, size_t count, size_t stride) {
+std::string PackRows(const std::string& rows, size_t count, size_t stride) {
   std::string packed(meshopt_encodeVertexBufferBound(count, stride), '\0');
   meshopt_encodeVertexVersion(0);
   packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
@@ -74,7 +74,7 @@ GlbColumn PackedColumn(const char* attribute, int component, const char* type,
     std::memcpy(rows.data() + order.place_of[v] * sizeof(Row), row.data(), sizeof(Row));
   }
   GlbColumn column{attribute, component, type, order.vertices, sizeof(Row)};
-  PackColumn("ATTRIBUTES", PackedRows(rows, order.vertices, sizeof(Row)), &column);
+  PackColumn("ATTRIBUTES", PackRows(rows, order.vertices, sizeof(Row)), &column);
   return column;
 }
 
