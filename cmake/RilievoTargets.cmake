@@ -37,7 +37,7 @@ if(RILIEVO_PRECOMPILED_HEADERS)
   endif()
 endif()
 
-# Sources are compiled eight in one go: each alone, most of the time goes into the headers of gRPC, CLI11 and
+# Sources are compiled eight (tests, and what includes CLI11: sixteen) in one go: each alone, most of the time goes into the headers of gRPC, CLI11 and
 # Eigen and into what their templates become. What is private to a source has a
 # name that no other of its folder has. A build without (the sanitizers') compiles each by itself.
 option(RILIEVO_UNITY_BUILD "Compile sources several in one go" OFF)

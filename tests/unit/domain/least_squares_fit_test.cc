@@ -7,18 +7,19 @@
 namespace rilievo {
 namespace {
 
-struct Fit {
+struct PiecewiseFit {
   FitState state;
   absl::Status status;
 };
 
-Fit RunFit(const OrientedCloud& cloud, const ControlMesh& mesh, const FitOptions& options,
-           const RunContext& context = RunContext()) {
+PiecewiseFit RunLeastSquaresFit(const OrientedCloud& cloud, const ControlMesh& mesh,
+                                const FitOptions& options,
+                                const RunContext& context = RunContext()) {
   const PointIndex index(cloud.points);
   const auto samples = BuildDomainSamples(mesh, options.sample_level, RunContext());
   EXPECT_TRUE(samples.ok());
   FootPointSearch search(cloud, index, *samples, options.robust_spacings);
-  Fit fit;
+  PiecewiseFit fit;
   fit.status = StartRounds(*samples, mesh.vertices, RunContext(), &search, &fit.state);
   if (fit.status.ok()) {
     fit.status = FitLeastSquares(*samples, options, context, &search, &fit.state);
@@ -29,7 +30,8 @@ Fit RunFit(const OrientedCloud& cloud, const ControlMesh& mesh, const FitOptions
 TEST(LeastSquaresFit, EachRoundBringsTheSurfaceNearer) {
   FitOptions options;
   options.rounds = 4;
-  const Fit fit = RunFit(TorusCloud(0.25, 0.1, 20'000), TorusMesh(0.25, 0.1, 24, 12), options);
+  const PiecewiseFit fit =
+      RunLeastSquaresFit(TorusCloud(0.25, 0.1, 20'000), TorusMesh(0.25, 0.1, 24, 12), options);
   ASSERT_TRUE(fit.status.ok());
   ASSERT_EQ(fit.state.rms.size(), 5u);
   for (int r = 0; r < 4; ++r) EXPECT_LE(fit.state.rms[r + 1], fit.state.rms[r] * 1.001);
@@ -40,13 +42,15 @@ TEST(LeastSquaresFit, EachRoundBringsTheSurfaceNearer) {
 TEST(LeastSquaresFit, EndsEarlyWhereWhatIsWantedIsOutOfReach) {
   const OrientedCloud cloud = TorusCloud(0.25, 0.1, 20'000);
   const ControlMesh mesh = TorusMesh(0.25, 0.1, 8, 6);
-  const Fit whole = RunFit(cloud, mesh, FitOptions());
+  const PiecewiseFit whole = RunLeastSquaresFit(cloud, mesh, FitOptions());
   ASSERT_TRUE(whole.status.ok());
   FitOptions options;
   options.wanted_rms = whole.state.rms[1];
-  EXPECT_EQ(RunFit(cloud, mesh, options).state.control_points, whole.state.control_points);
+  EXPECT_EQ(RunLeastSquaresFit(cloud, mesh, options).state.control_points,
+            whole.state.control_points);
   options.wanted_rms = whole.state.rms.back() / 2;
-  EXPECT_EQ(RunFit(cloud, mesh, options).state.rms.size(), 2u);  // before, and after one round
+  EXPECT_EQ(RunLeastSquaresFit(cloud, mesh, options).state.rms.size(),
+            2u);  // before, and after one round
 }
 
 // The regular torus is a flat sheet to its neighbours, so the solution is known: a control net that
@@ -64,7 +68,8 @@ TEST(LeastSquaresFit, KeepsTheSymmetryOfTheInput) {
   }
   cloud.spacing.assign(static_cast<size_t>(cloud.points.cols()), 0.01f);
   cloud.noise.assign(cloud.spacing.size(), 0.0f);
-  const Fit fit = RunFit(cloud, TorusMesh(0.25, 0.1, around, across), FitOptions());
+  const PiecewiseFit fit =
+      RunLeastSquaresFit(cloud, TorusMesh(0.25, 0.1, around, across), FitOptions());
   ASSERT_TRUE(fit.status.ok());
   for (int j = 0; j < across; ++j) {
     const Eigen::Vector3d first = fit.state.control_points.col(j);
@@ -85,7 +90,7 @@ TEST(LeastSquaresFit, ComponentWithoutDataStaysWhereItIs) {
   mesh.vertices.rightCols(far.vertices.cols()) = far.vertices;
   mesh.faces.conservativeResize(3, base_faces + far.faces.cols());
   mesh.faces.rightCols(far.faces.cols()) = far.faces.array() + base;
-  const Fit fit = RunFit(SphereCloud(0.3, 10'000), mesh, FitOptions());
+  const PiecewiseFit fit = RunLeastSquaresFit(SphereCloud(0.3, 10'000), mesh, FitOptions());
   ASSERT_TRUE(fit.status.ok());
   ASSERT_TRUE(fit.state.control_points.allFinite());
   const Eigen::Matrix3Xd moved = fit.state.control_points.rightCols(far.vertices.cols());
@@ -102,7 +107,8 @@ TEST(LeastSquaresFit, StopsWithinARound) {
   };
   FitOptions options;
   options.rounds = 50;
-  const Fit fit = RunFit(SphereCloud(0.3, 5'000), OctahedralSphere(0.3, 2), options, context);
+  const PiecewiseFit fit =
+      RunLeastSquaresFit(SphereCloud(0.3, 5'000), OctahedralSphere(0.3, 2), options, context);
   EXPECT_EQ(fit.status.code(), absl::StatusCode::kCancelled);
   EXPECT_LE(fit.state.rms.size(), 4u);
 }

@@ -285,7 +285,7 @@ struct Refusal {
   std::vector<std::string> message;
 };
 
-std::string Replaced(std::string bytes, const std::string& from, const std::string& to) {
+std::string WithReplaced(std::string bytes, const std::string& from, const std::string& to) {
   const size_t at = bytes.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return WithRightPageChecksums(bytes.replace(at, from.size(), to));
@@ -350,10 +350,10 @@ std::vector<Refusal> Refusals() {
       {"claim", E57File({state}), {"scan 1", "recordCount is 1000000000000", "hold at most"}},
       {"flat", E57File({flat}), {"recordCount is 1000000", "hold at most"}},
       {"codec", E57File({codec}), {"scan 1", "'zipCodec'", "bitPackCodec"}},
-      {"no_z", Replaced(file, "cartesianZ", "cartesianW"), {"cartesianZ", "'cartesianW'"}},
+      {"no_z", WithReplaced(file, "cartesianZ", "cartesianW"), {"cartesianZ", "'cartesianW'"}},
       {"text", E57File({text}), {"cartesianY", "String"}},
       {"bounds",
-       Replaced(E57File({flat}), "minimum=\"5\"", "minimum=\"6\""),
+       WithReplaced(E57File({flat}), "minimum=\"5\"", "minimum=\"6\""),
        {"cartesianX", "maximum 5", "minimum 6"}},
       {"pose", E57File({turned}), {"quaternion", "length 0"}},
       {"section", WithNumber(file, 48, 182), {"byte 48", "kind is 182"}},
@@ -361,14 +361,16 @@ std::vector<Refusal> Refusals() {
       {"section_place", WithOffset(file, 99), {"scan 1"}},
       {"first_packet", WithNumber(file, 64, 48), {"first packet", "outside its section"}},
       {"overlap", WithOffset(E57File({RealScan(false), scan}), 48), {"scan 2", "overlaps"}},
-      {"kind", Replaced(file, Packet(1, 971), Packet(7, 971)), {"byte 80", "kind 7"}},
-      {"packet_size", Replaced(file, Packet(1, 971), Packet(1, 4096)), {"byte 80", "4097 bytes"}},
+      {"kind", WithReplaced(file, Packet(1, 971), Packet(7, 971)), {"byte 80", "kind 7"}},
+      {"packet_size",
+       WithReplaced(file, Packet(1, 971), Packet(1, 4096)),
+       {"byte 80", "4097 bytes"}},
       {"bytestreams",
-       Replaced(file, Packet(1, 971) + LowBytesFirst(uint16_t{3}),
-                Packet(1, 971) + LowBytesFirst(uint16_t{4})),
+       WithReplaced(file, Packet(1, 971) + LowBytesFirst(uint16_t{3}),
+                    Packet(1, 971) + LowBytesFirst(uint16_t{4})),
        {"byte 80", "4 bytestreams for 3 fields"}},
       {"bytestream_size",
-       Replaced(file, LowBytesFirst(uint16_t{320}), LowBytesFirst(uint16_t{400})),
+       WithReplaced(file, LowBytesFirst(uint16_t{320}), LowBytesFirst(uint16_t{400})),
        {"byte 80", "972 bytes", "need 1052"}},
       {"cut", E57File({cut}), {"starts anew within a value of cartesianX"}},
       {"crowded", E57File({crowded}), {"more than 2000000 elements and attributes"}},
@@ -376,9 +378,9 @@ std::vector<Refusal> Refusals() {
       {"deep", E57File({depth}), {"more than 64 nested elements"}},
       {"doctype", E57File({scan}, 1024, doctype), {"'<!DOCTYPE'"}},
       {"entity", E57File({named}), {"'bomb'"}},
-      {"tag", Replaced(file, "</codecs>", "</cadecs>"), {"</codecs> is due", "line 4"}},
+      {"tag", WithReplaced(file, "</codecs>", "</cadecs>"), {"</codecs> is due", "line 4"}},
       {"root",
-       Replaced(Replaced(file, "<e57Root", "<e57Rood"), "</e57Root", "</e57Rood"),
+       WithReplaced(WithReplaced(file, "<e57Root", "<e57Rood"), "</e57Root", "</e57Rood"),
        {"'e57Rood'"}},
   };
 }

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 using ::testing::HasSubstr;
 
-fs::path SampleFolder() {
+fs::path E57SampleFolder() {
   if (const char* named = std::getenv("RILIEVO_SHARED")) return fs::path(named) / "data/formats";
   fs::path source = __FILE__;
   for (int i = 0; i < 5; ++i) source = source.parent_path();
@@ -26,11 +26,12 @@ fs::path SampleFolder() {
 class E57SamplesTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(SampleFolder())) GTEST_SKIP() << "needs the samples in " << SampleFolder();
+    if (!fs::exists(E57SampleFolder()))
+      GTEST_SKIP() << "needs the samples in " << E57SampleFolder();
   }
 
   static absl::StatusOr<ScanFile> Read(const std::string& name) {
-    return ReadScan((SampleFolder() / (name + ".e57")).string(),
+    return ReadScan((E57SampleFolder() / (name + ".e57")).string(),
                     {.intensity = true, .colors = true});
   }
 };

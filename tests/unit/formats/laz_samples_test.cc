@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path SampleFolder() {
+fs::path LazSampleFolder() {
   if (const char* named = std::getenv("RILIEVO_SHARED")) return fs::path(named) / "data/formats";
   fs::path source = __FILE__;
   for (int i = 0; i < 5; ++i) source = source.parent_path();
@@ -31,12 +31,13 @@ fs::path SampleFolder() {
 class LazSamplesTest : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (!fs::exists(SampleFolder())) GTEST_SKIP() << "needs the samples in " << SampleFolder();
+    if (!fs::exists(LazSampleFolder()))
+      GTEST_SKIP() << "needs the samples in " << LazSampleFolder();
   }
 };
 
 TEST_P(LazSamplesTest, HoldsThePointsOfItsUncompressedTwin) {
-  const fs::path path = SampleFolder() / GetParam();
+  const fs::path path = LazSampleFolder() / GetParam();
   const WantedLayers all = {.intensity = true, .colors = true};
   const auto plain = ReadScan(path.string() + ".las", all);
   const auto packed = ReadScan(path.string() + ".laz", all);
@@ -72,7 +73,7 @@ Trajectory Clock() {
 }
 
 TEST_P(LazSamplesTest, HasTheTimesOfItsUncompressedTwin) {
-  const fs::path path = SampleFolder() / GetParam();
+  const fs::path path = LazSampleFolder() / GetParam();
   const Trajectory clock = Clock();
   const WantedLayers wanted = {.stations = true, .trajectory = &clock};
   const auto plain = ReadScan(path.string() + ".las", wanted);
@@ -92,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(OtherPrograms, LazSamplesTest,
                                            "point-color", "point-time", "point10"));
 
 TEST(LazSampleTest, LayeredPointsOfLas14AreRead) {
-  const fs::path path = SampleFolder() / "point-time-1.4.laz";
+  const fs::path path = LazSampleFolder() / "point-time-1.4.laz";
   if (!fs::exists(path)) GTEST_SKIP() << "needs " << path;
   const auto scan = ReadScan(path.string());
   ASSERT_TRUE(scan.ok()) << scan.status();
@@ -101,7 +102,7 @@ TEST(LazSampleTest, LayeredPointsOfLas14AreRead) {
 }
 
 TEST(LazSampleTest, NoPointsAreRefused) {
-  const fs::path path = SampleFolder() / "no-points-1.3.laz";
+  const fs::path path = LazSampleFolder() / "no-points-1.3.laz";
   if (!fs::exists(path)) GTEST_SKIP() << "needs " << path;
   const auto scan = ReadScan(path.string());
   ASSERT_FALSE(scan.ok());
@@ -189,7 +190,7 @@ TEST(LazSampleTest, LayeredPointsWithoutPlacesAreRefused) {
 
 // A file that ends early, anywhere, is refused and says so.
 TEST(LazSampleTest, TruncatedFilesAreRefused) {
-  const fs::path path = SampleFolder() / "point-color-time.laz";
+  const fs::path path = LazSampleFolder() / "point-color-time.laz";
   if (!fs::exists(path)) GTEST_SKIP() << "needs " << path;
   std::ifstream in(path, std::ios::binary);
   const std::string whole((std::istreambuf_iterator<char>(in)), {});

@@ -13,8 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-
 MassProperties Of(const ControlMesh& mesh) {
   const auto properties = MassPropertiesOf(mesh.vertices, mesh.faces);
   EXPECT_TRUE(properties.ok()) << properties.status();
@@ -37,8 +35,8 @@ TEST(MassPropertiesTest, OfACubeAnywhere) {
 TEST(MassPropertiesTest, OfATorus) {
   const MassProperties properties = Of(testing::Torus(1500, 600));
   constexpr double kRing = 1, kTube = 0.4;
-  EXPECT_NEAR(properties.area / (4 * kPi * kPi * kRing * kTube), 1, 2e-5);
-  const double volume = 2 * kPi * kPi * kRing * kTube * kTube;
+  EXPECT_NEAR(properties.area / (4 * std::numbers::pi * std::numbers::pi * kRing * kTube), 1, 2e-5);
+  const double volume = 2 * std::numbers::pi * std::numbers::pi * kRing * kTube * kTube;
   EXPECT_NEAR(properties.volume / volume, 1, 3e-5);
   EXPECT_LT(properties.centroid.norm(), 1e-12);
   const double axial = volume * (kRing * kRing + 0.75 * kTube * kTube);

@@ -14,8 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-
 PlaneSection Cut(const ControlMesh& mesh, const Vector3d& normal, double offset) {
   const auto section = CutByPlane({mesh.vertices, mesh.faces, {}}, normal, offset);
   EXPECT_TRUE(section.ok()) << section.status();
@@ -36,8 +34,8 @@ TEST(PlaneSectionTest, CutsATorusInCircles) {
       EXPECT_NEAR(polyline.points(2, i), 0.0001, 1e-12);
     }
   }
-  EXPECT_NEAR(section.length / (2 * kPi * 2), 1, 1e-4);
-  EXPECT_NEAR(section.area / (kPi * (1.4 * 1.4 - 0.6 * 0.6)), 1, 1e-4);
+  EXPECT_NEAR(section.length / (2 * std::numbers::pi * 2), 1, 1e-4);
+  EXPECT_NEAR(section.area / (std::numbers::pi * (1.4 * 1.4 - 0.6 * 0.6)), 1, 1e-4);
 }
 
 // A plane through its axis, and one that touches it from inside (Villarceau): circles of the tube
@@ -46,10 +44,10 @@ TEST(PlaneSectionTest, CutsATorusAcross) {
   const ControlMesh torus = testing::Torus(1200, 500);
   const PlaneSection across = Cut(torus, {0.3, 1, 0}, 0);
   ASSERT_EQ(across.polylines.size(), 2u);
-  EXPECT_NEAR(across.area / (2 * kPi * 0.16), 1, 1e-4);
+  EXPECT_NEAR(across.area / (2 * std::numbers::pi * 0.16), 1, 1e-4);
   const double slope = std::asin(0.4);
   const PlaneSection slanted = Cut(torus, {std::sin(slope), 0, std::cos(slope)}, 0);
-  EXPECT_NEAR(slanted.length / (2 * 2 * kPi), 1, 1e-3);
+  EXPECT_NEAR(slanted.length / (2 * 2 * std::numbers::pi), 1, 1e-3);
 }
 
 TEST(PlaneSectionTest, RunsWithTheInsideOnTheLeft) {

@@ -16,14 +16,14 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kLevel = 3;
+constexpr int kRegionLevel = 3;
 
 // A torus beside a sheet with a hole: 1 200 faces, eight groups or so, borders of every kind.
 const std::vector<uint8_t>& Bytes(int group_faces) {
   static const auto encode = [](int groups) {
     const ControlMesh mesh =
         Together(Torus(24, 16), Sheet(16, 16, true), Eigen::Vector3d(0.02, 0.05, 0.01));
-    DisplacedSurface surface = SurfaceOver(mesh, kLevel, 4e-4, 2e-4);
+    DisplacedSurface surface = SurfaceOver(mesh, kRegionLevel, 4e-4, 2e-4);
     ControlMesh& control = surface.control_mesh;
     for (int k = 0; k < 2; ++k) {
       const auto [a, b] = std::minmax(control.faces(k, 9), control.faces(k + 1, 9));
@@ -100,7 +100,7 @@ TEST(DecodeRegionTest, IsThatPartOfTheWholeBitForBit) {
     const ControlMesh& mesh = whole->surface.control_mesh;
     const int count = static_cast<int>(mesh.faces.cols());
     for (int face : {0, 9, 200, count - 1}) {
-      for (int level = 0; level <= kLevel; level += groups > 0 ? 1 : kLevel) {
+      for (int level = 0; level <= kRegionLevel; level += groups > 0 ? 1 : kRegionLevel) {
         const std::vector<int> faces = CollapseGuards(mesh, face, 0.06);
         const auto part = DecodeRegion(bytes, faces, level, RunContext());
         ASSERT_TRUE(part.ok()) << part.status();
@@ -148,7 +148,7 @@ TEST(DecodeRegionTest, LooksAtNothingElse) {
   int failed = 0;
   for (int g = 0; g < part->groups; ++g) {
     std::vector<uint8_t> spoiled = bytes;
-    for (size_t layer = kFirstGroupedLevel; layer <= kLevel; ++layer) {
+    for (size_t layer = kFirstGroupedLevel; layer <= kRegionLevel; ++layer) {
       const auto [begin, size] = PiecesOf(bytes, layer, static_cast<int>(part->groups))[g];
       std::fill_n(spoiled.begin() + static_cast<std::ptrdiff_t>(begin), size, 0);
     }
@@ -191,7 +191,7 @@ TEST(DecodeRegionTest, OtherFacesAndLevelsAreRefused) {
     EXPECT_THAT(part.status().message(), HasSubstr("control face"));
   }
   const std::vector<int> face = {1};
-  EXPECT_EQ(DecodeRegion(bytes, face, kLevel + 1, RunContext()).status().code(),
+  EXPECT_EQ(DecodeRegion(bytes, face, kRegionLevel + 1, RunContext()).status().code(),
             absl::StatusCode::kInvalidArgument);
   const auto nothing = DecodeRegion(bytes, {}, 1, RunContext());
   ASSERT_TRUE(nothing.ok()) << nothing.status();

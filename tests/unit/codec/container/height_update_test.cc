@@ -17,12 +17,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kStep = 1e-4;
+constexpr double kUpdateStep = 1e-4;
 
 std::vector<uint8_t> FileToUpdate(const ControlMesh& mesh, int levels, int group_faces) {
   EncodeOptions options;
   options.position_step = 1e-3;
-  options.height_step = kStep;
+  options.height_step = kUpdateStep;
   options.group_faces = group_faces;
   DssMetadata metadata;
   metadata.generator = "rilievo 1.2.3";
@@ -38,7 +38,7 @@ HeightUpdate BumpOn(const DisplacedSurface& surface) {
   const LoopRefinement refinement = *RefineTopology(surface.control_mesh, level, {});
   const LimitSurface limit = *EvaluateLimit(refinement, surface.control_mesh.vertices, level, {});
   HeightUpdate update;
-  update.step = kStep;
+  update.step = kUpdateStep;
   update.generator = "rilievo 1.2.4";
   update.heights = surface.heights;
   update.sources = surface.sources;
@@ -75,7 +75,7 @@ void ExpectTold(const DisplacedSurface& before, const HeightUpdate& update,
     squared += std::pow(found.heights[v] - update.heights[v], 2);
   }
   ASSERT_GT(told, 10);
-  EXPECT_LT(std::sqrt(squared / told), 0.6 * kStep);
+  EXPECT_LT(std::sqrt(squared / told), 0.6 * kUpdateStep);
 }
 
 TEST(HeightUpdateTest, OnlyWhatIsToldChanges) {
@@ -98,7 +98,7 @@ TEST(HeightUpdateTest, OnlyWhatIsToldChanges) {
     const auto after = DecodeDss(updated, {});
     ASSERT_TRUE(after.ok()) << after.status();
     if (levels == 0) {
-      EXPECT_NEAR(after->surface.heights[0], update.heights[0], kStep);
+      EXPECT_NEAR(after->surface.heights[0], update.heights[0], kUpdateStep);
     } else {
       ExpectTold(before.surface, update, after->surface);
     }

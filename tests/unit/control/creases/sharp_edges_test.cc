@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSpacing = 0.01;
+constexpr double kEdgeSpacing = 0.01;
 
 // A lens over a flat outline of `count` points: two fans that meet along it.
 ControlMesh Lens(const Eigen::Matrix3Xd& outline, double height) {
@@ -43,14 +43,14 @@ Eigen::Matrix3Xd Circle(int count, double radius) {
 
 TEST(SharpEdgesTest, ABoxHasTwelve) {
   ControlMesh box = testing::Box({0, 0, 0}, {0.3, 0.4, 0.5});
-  ASSERT_TRUE(TagSharpEdges(kSpacing, RunContext(), &box).ok());
+  ASSERT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &box).ok());
   EXPECT_EQ(box.creases.size(), 12u);
   EXPECT_TRUE(box.corners.empty());  // three creases make one
 }
 
 TEST(SharpEdgesTest, TheRimOfALensIsALineWithoutCorners) {
   ControlMesh lens = Lens(Circle(96, 0.3), 0.1);
-  ASSERT_TRUE(TagSharpEdges(kSpacing, RunContext(), &lens).ok());
+  ASSERT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &lens).ok());
   ASSERT_EQ(lens.creases.size(), 96u);
   for (const Crease& crease : lens.creases) EXPECT_LT(crease.b, 96);
   EXPECT_TRUE(lens.corners.empty());
@@ -70,19 +70,19 @@ TEST(SharpEdgesTest, ALineThatTurnsHasACorner) {
     }
   }
   ControlMesh lens = Lens(outline, 0.05);
-  ASSERT_TRUE(TagSharpEdges(kSpacing, RunContext(), &lens).ok());
+  ASSERT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &lens).ok());
   EXPECT_EQ(lens.creases.size(), 96u);
   EXPECT_EQ(lens.corners, std::vector<int>{0});
 }
 
 // A gear of so many teeth, two corners each; CPU seconds that its tags take.
 double TagGear(int teeth) {
-  const double radius = 2 * kSpacing * teeth / std::numbers::pi;  // a corner in two spacings
+  const double radius = 2 * kEdgeSpacing * teeth / std::numbers::pi;  // a corner in two spacings
   Eigen::Matrix3Xd outline = Circle(2 * teeth, radius);
-  for (int i = 1; i < 2 * teeth; i += 2) outline.col(i) *= 1 - 3 * kSpacing / radius;
+  for (int i = 1; i < 2 * teeth; i += 2) outline.col(i) *= 1 - 3 * kEdgeSpacing / radius;
   ControlMesh gear = Lens(outline, 0.02 * radius);
   const std::clock_t start = std::clock();
-  EXPECT_TRUE(TagSharpEdges(kSpacing, RunContext(), &gear).ok());
+  EXPECT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &gear).ok());
   const std::clock_t end = std::clock();
   EXPECT_EQ(gear.creases.size(), 2u * teeth);
   EXPECT_EQ(gear.corners.size(), 2u * teeth);
@@ -100,19 +100,19 @@ TEST(SharpEdgesTest, StopsWhenAsked) {
   RunContext context;
   context.stop = source.get_token();
   ControlMesh box = testing::Box({0, 0, 0}, {0.3, 0.4, 0.5});
-  EXPECT_TRUE(absl::IsCancelled(TagSharpEdges(kSpacing, context, &box)));
+  EXPECT_TRUE(absl::IsCancelled(TagSharpEdges(kEdgeSpacing, context, &box)));
 }
 
 TEST(SharpEdgesTest, SmoothAndNoisyMeshesHaveNone) {
   ControlMesh smooth = testing::Torus(60, 40);
-  ASSERT_TRUE(TagSharpEdges(kSpacing, RunContext(), &smooth).ok());
+  ASSERT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &smooth).ok());
   EXPECT_TRUE(smooth.creases.empty());
   ControlMesh noisy = smooth;
   Random random(3);
   for (auto vertex : noisy.vertices.colwise()) {
     vertex += 0.03 * Vector3d(random.Normal(), random.Normal(), random.Normal());
   }
-  ASSERT_TRUE(TagSharpEdges(kSpacing, RunContext(), &noisy).ok());
+  ASSERT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &noisy).ok());
   EXPECT_TRUE(noisy.creases.empty());
 }
 
@@ -132,7 +132,7 @@ TEST(SharpEdgesTest, ATriangleTooThinForAPlaneTakesThatOfItsNeighbor) {
   const auto last = box.faces.cols() - 1;
   box.faces.col(last - 1) << a, b, count;
   box.faces.col(last) << b, c, count;
-  ASSERT_TRUE(TagSharpEdges(kSpacing, RunContext(), &box).ok());
+  ASSERT_TRUE(TagSharpEdges(kEdgeSpacing, RunContext(), &box).ok());
   EXPECT_GE(box.creases.size(), 12u);
   EXPECT_LE(box.creases.size(), 13u);
 }

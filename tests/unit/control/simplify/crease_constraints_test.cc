@@ -67,7 +67,7 @@ ControlMesh Prism(const std::function<double(double)>& outline) {
 
 double Round(double) { return 1; }
 // A square with corners at 45 degrees and so on, half a side long 1.
-double Square(double angle) {
+double SquareAt(double angle) {
   return 1 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
 }
 
@@ -86,7 +86,7 @@ void SortTags(ControlMesh* mesh) {
 
 // All twelve edges tagged, the rims' corners too.
 ControlMesh Box() {
-  ControlMesh box = Prism(Square);
+  ControlMesh box = Prism(SquareAt);
   for (const int row : {0, kRows}) {
     TagRim(row, 0, kAround, &box);
     for (int k = 0; k < 4; ++k) box.corners.push_back(row * kAround + kAround / 8 * (2 * k + 1));
