@@ -1,9 +1,11 @@
 // Surfaces that the codec's tests encode: every kind of topology, heights of every kind.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "core/codec/mesh/prepare_control_mesh.h"
@@ -80,6 +82,22 @@ inline ControlMesh Together(const ControlMesh& a, const ControlMesh& b,
   return mesh;
 }
 
+// The quads that Torus() and Sheet() cut in two; some edges of them are creases.
+inline ControlMesh InQuadsOf(ControlMesh mesh, bool creased) {
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); f += 2) {
+    mesh.diagonals.push_back({std::min(mesh.faces(0, f), mesh.faces(2, f)),
+                              std::max(mesh.faces(0, f), mesh.faces(2, f))});
+    if (!creased || f % 10 != 0) continue;
+    mesh.creases.push_back({std::min(mesh.faces(0, f), mesh.faces(1, f)),
+                            std::max(mesh.faces(0, f), mesh.faces(1, f)), 1.5f});
+  }
+  std::sort(mesh.diagonals.begin(), mesh.diagonals.end());
+  std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& x, const Crease& y) {
+    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+  });
+  return mesh;
+}
+
 // 32 well-mixed bits of a counter (SplitMix64).
 inline uint32_t MixedBits(uint64_t counter) {
   uint64_t x = counter * 0x9e3779b97f4a7c15u + 0x9e3779b97f4a7c15u;
@@ -90,6 +108,15 @@ inline uint32_t MixedBits(uint64_t counter) {
 
 // Uniform in [-1, 1).
 inline double MixedUnit(uint64_t counter) { return MixedBits(counter) * 0x1p-31 - 1; }
+
+// The same mesh with faces of all sizes: each vertex nearer to the origin or farther from it, by up
+// to `unevenness`.
+inline ControlMesh Uneven(ControlMesh mesh, double unevenness) {
+  for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+    mesh.vertices.col(v) *= std::pow(unevenness, MixedUnit(static_cast<uint64_t>(v)));
+  }
+  return mesh;
+}
 
 // The same mesh with vertices and faces in another order and faces turned.
 inline ControlMesh Shuffled(const ControlMesh& mesh, uint64_t seed) {

@@ -197,11 +197,7 @@ TEST(HeightEncoderTest, FilledHeightsFarFromToldOnesAreFree) {
 TEST(HeightEncoderTest, CorrectionsDoNotDiverge) {
   constexpr int kRounds = 6;
   for (const double unevenness : {1.0, 8.0, 30.0}) {
-    ControlMesh mesh = Torus(24, 20);
-    for (int v = 0; v < mesh.vertices.cols(); ++v) {
-      mesh.vertices.col(v) *= std::pow(unevenness, MixedUnit(v));
-    }
-    const DisplacedSurface surface = Measured(mesh, 4, 1e-4);
+    const DisplacedSurface surface = Measured(Uneven(Torus(24, 20), unevenness), 4, 1e-4);
     const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 3, RunContext());
     const HeightEncoder encoder(surface, refinement, 1);
     for (const double step : {1e-5, 1e-4, 1e-3}) {

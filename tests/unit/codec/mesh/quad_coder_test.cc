@@ -16,22 +16,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The quads that Torus() and Sheet() cut in two; some edges of them are creases.
-ControlMesh InQuadsOf(ControlMesh mesh, bool creased) {
-  for (Eigen::Index f = 0; f < mesh.faces.cols(); f += 2) {
-    mesh.diagonals.push_back({std::min(mesh.faces(0, f), mesh.faces(2, f)),
-                              std::max(mesh.faces(0, f), mesh.faces(2, f))});
-    if (!creased || f % 10 != 0) continue;
-    mesh.creases.push_back({std::min(mesh.faces(0, f), mesh.faces(1, f)),
-                            std::max(mesh.faces(0, f), mesh.faces(1, f)), 1.5f});
-  }
-  std::sort(mesh.diagonals.begin(), mesh.diagonals.end());
-  std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& x, const Crease& y) {
-    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
-  });
-  return mesh;
-}
-
 ControlMesh Creased(const ControlMesh& mesh) { return InQuadsOf(mesh, true); }
 
 std::vector<uint8_t> Encoded(const DisplacedSurface& surface, int group_faces) {
