@@ -37,9 +37,9 @@ if(RILIEVO_PRECOMPILED_HEADERS)
   endif()
 endif()
 
-# Sources are compiled eight in one go (sixteen: tests, and the command line for CLI11): each alone, most of the
-# time goes into the headers of gRPC, CLI11 and Eigen and into what their templates become. What is private
-# to a source has a name that no other of its folder has. A build without (the sanitizers') compiles each by itself.
+# Sources are compiled eight to a unit (tests and the command line: sixteen), because most of the time goes into the
+# headers of gRPC, CLI11 and Eigen and into what their templates become. Private names differ within a room. Without
+# this, as for the sanitizers, each source is compiled alone.
 option(RILIEVO_UNITY_BUILD "Compile sources several in one go" OFF)
 
 # rilievo_library(NAME [WINGS] DEPENDS public-libraries... PRIVATE private-libraries...): a room, every .cc of

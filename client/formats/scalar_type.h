@@ -1,4 +1,4 @@
-// Binary scalars of either byte order, as PLY and PCD hold them.
+// Binary scalars of either byte order, as files hold them.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ inline size_t ScalarSize(ScalarType type) {
 
 inline bool IsInteger(ScalarType type) { return type < ScalarType::kF32; }
 
-// Whether this machine reverses the bytes of formats that are little-endian.
+// Whether numbers of little-endian files must be byte-reversed on this machine.
 inline constexpr bool kSwapLittle = std::endian::native == std::endian::big;
 
 template <typename T>

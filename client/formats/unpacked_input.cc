@@ -14,22 +14,23 @@
 namespace rilievo {
 namespace {
 
-constexpr size_t kUnpackedBlock = size_t{1} << 18;
+constexpr size_t kInflateBlock = size_t{1} << 18;
 
 }  // namespace
 
 // What a call of a library has used of its input and written.
-struct Inflated {
+struct InflateProgress {
   size_t consumed = 0, produced = 0;
   bool between = false;  // a member or frame is complete and no other has begun
 };
 
+// Outside the unnamed namespace, for UnpackedInput::Buffer has a member of it.
 class Inflater {
  public:
   virtual ~Inflater() = default;
   // An error is what the library says of damaged input.
-  virtual absl::StatusOr<Inflated> Inflate(const char* in, size_t in_size, char* out,
-                                           size_t out_size) = 0;
+  virtual absl::StatusOr<InflateProgress> Inflate(const char* in, size_t in_size, char* out,
+                                                  size_t out_size) = 0;
 };
 
 namespace {
@@ -39,8 +40,8 @@ class GzipInflater : public Inflater {
   GzipInflater() { ready_ = inflateInit2(&stream_, MAX_WBITS + 16) == Z_OK; }
   ~GzipInflater() override { inflateEnd(&stream_); }
 
-  absl::StatusOr<Inflated> Inflate(const char* in, size_t in_size, char* out,
-                                   size_t out_size) override {
+  absl::StatusOr<InflateProgress> Inflate(const char* in, size_t in_size, char* out,
+                                          size_t out_size) override {
     if (!ready_) return absl::ResourceExhaustedError("no memory to unpack it");
     stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(in));
     stream_.avail_in = static_cast<uInt>(in_size);
@@ -51,8 +52,8 @@ class GzipInflater : public Inflater {
     if (code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR) {
       return absl::DataLossError(stream_.msg != nullptr ? stream_.msg : zError(code));
     }
-    Inflated progress{in_size - stream_.avail_in, out_size - stream_.avail_out,
-                      code == Z_STREAM_END};
+    InflateProgress progress{in_size - stream_.avail_in, out_size - stream_.avail_out,
+                             code == Z_STREAM_END};
     if (code == Z_STREAM_END) inflateReset(&stream_);
     return progress;
   }
@@ -66,14 +67,14 @@ class ZstdInflater : public Inflater {
  public:
   ~ZstdInflater() override { ZSTD_freeDStream(stream_); }
 
-  absl::StatusOr<Inflated> Inflate(const char* in, size_t in_size, char* out,
-                                   size_t out_size) override {
+  absl::StatusOr<InflateProgress> Inflate(const char* in, size_t in_size, char* out,
+                                          size_t out_size) override {
     if (stream_ == nullptr) return absl::ResourceExhaustedError("no memory to unpack it");
     ZSTD_inBuffer input{in, in_size, 0};
     ZSTD_outBuffer output{out, out_size, 0};
     const size_t code = ZSTD_decompressStream(stream_, &output, &input);
     if (ZSTD_isError(code)) return absl::DataLossError(ZSTD_getErrorName(code));
-    return Inflated{input.pos, output.pos, code == 0};
+    return InflateProgress{input.pos, output.pos, code == 0};
   }
 
  private:
@@ -133,7 +134,7 @@ class UnpackedInput::Buffer : public std::streambuf {
   }
 
   size_t Step() {
-    const absl::StatusOr<Inflated> progress =
+    const absl::StatusOr<InflateProgress> progress =
         inflater_->Inflate(in_.data() + begin_, end_ - begin_, out_.data(), out_.size());
     if (!progress.ok()) {
       status_ = absl::Status(
@@ -159,8 +160,7 @@ class UnpackedInput::Buffer : public std::streambuf {
   const uint64_t size_;
   const UnpackLimits limits_;
   std::unique_ptr<Inflater> inflater_;
-  std::vector<char> in_ = std::vector<char>(kUnpackedBlock),
-                    out_ = std::vector<char>(kUnpackedBlock);
+  std::vector<char> in_ = std::vector<char>(kInflateBlock), out_ = std::vector<char>(kInflateBlock);
   size_t begin_ = 0, end_ = 0;       // of in_, what is not consumed
   uint64_t read_ = 0, written_ = 0;  // bytes
   bool between_ = false, was_full_ = false;

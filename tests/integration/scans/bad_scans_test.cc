@@ -12,7 +12,7 @@
 #include "core/codec/container/dss.h"
 #include "server/health_probe.h"
 #include "tests/integration/daemon/daemon_process.h"
-#include "tests/integration/scans/shared_folder.h"
+#include "tests/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {

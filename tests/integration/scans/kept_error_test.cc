@@ -7,7 +7,7 @@
 #include "client/formats/scan_reader.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
-#include "tests/integration/scans/shared_folder.h"
+#include "tests/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {

@@ -13,7 +13,7 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/measure_error.h"
 #include "tests/integration/daemon/daemon_process.h"
-#include "tests/integration/scans/shared_folder.h"
+#include "tests/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {

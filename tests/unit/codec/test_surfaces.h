@@ -82,7 +82,7 @@ inline ControlMesh Together(const ControlMesh& a, const ControlMesh& b,
   return mesh;
 }
 
-// The quads that Torus() and Sheet() cut in two; some edges of them are creases.
+// The quads that Torus() and Sheet() cut in two; if `creased`, every fifth has a crease.
 inline ControlMesh InQuadsOf(ControlMesh mesh, bool creased) {
   for (Eigen::Index f = 0; f < mesh.faces.cols(); f += 2) {
     mesh.diagonals.push_back({std::min(mesh.faces(0, f), mesh.faces(2, f)),
@@ -109,8 +109,8 @@ inline uint32_t MixedBits(uint64_t counter) {
 // Uniform in [-1, 1).
 inline double MixedUnit(uint64_t counter) { return MixedBits(counter) * 0x1p-31 - 1; }
 
-// The same mesh with faces of all sizes: each vertex nearer to the origin or farther from it, by up
-// to `unevenness`.
+// The same mesh with faces of all sizes: each vertex nearer to the origin or farther from it, by a
+// factor of up to `unevenness`.
 inline ControlMesh Uneven(ControlMesh mesh, double unevenness) {
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
     mesh.vertices.col(v) *= std::pow(unevenness, MixedUnit(static_cast<uint64_t>(v)));

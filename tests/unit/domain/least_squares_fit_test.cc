@@ -7,19 +7,18 @@
 namespace rilievo {
 namespace {
 
-struct PiecewiseFit {
+struct FitOutcome {
   FitState state;
   absl::Status status;
 };
 
-PiecewiseFit RunLeastSquaresFit(const OrientedCloud& cloud, const ControlMesh& mesh,
-                                const FitOptions& options,
-                                const RunContext& context = RunContext()) {
+FitOutcome RunLeastSquaresFit(const OrientedCloud& cloud, const ControlMesh& mesh,
+                              const FitOptions& options, const RunContext& context = RunContext()) {
   const PointIndex index(cloud.points);
   const auto samples = BuildDomainSamples(mesh, options.sample_level, RunContext());
   EXPECT_TRUE(samples.ok());
   FootPointSearch search(cloud, index, *samples, options.robust_spacings);
-  PiecewiseFit fit;
+  FitOutcome fit;
   fit.status = StartRounds(*samples, mesh.vertices, RunContext(), &search, &fit.state);
   if (fit.status.ok()) {
     fit.status = FitLeastSquares(*samples, options, context, &search, &fit.state);
@@ -30,7 +29,7 @@ PiecewiseFit RunLeastSquaresFit(const OrientedCloud& cloud, const ControlMesh& m
 TEST(LeastSquaresFit, EachRoundBringsTheSurfaceNearer) {
   FitOptions options;
   options.rounds = 4;
-  const PiecewiseFit fit =
+  const FitOutcome fit =
       RunLeastSquaresFit(TorusCloud(0.25, 0.1, 20'000), TorusMesh(0.25, 0.1, 24, 12), options);
   ASSERT_TRUE(fit.status.ok());
   ASSERT_EQ(fit.state.rms.size(), 5u);
@@ -42,7 +41,7 @@ TEST(LeastSquaresFit, EachRoundBringsTheSurfaceNearer) {
 TEST(LeastSquaresFit, EndsEarlyWhereWhatIsWantedIsOutOfReach) {
   const OrientedCloud cloud = TorusCloud(0.25, 0.1, 20'000);
   const ControlMesh mesh = TorusMesh(0.25, 0.1, 8, 6);
-  const PiecewiseFit whole = RunLeastSquaresFit(cloud, mesh, FitOptions());
+  const FitOutcome whole = RunLeastSquaresFit(cloud, mesh, FitOptions());
   ASSERT_TRUE(whole.status.ok());
   FitOptions options;
   options.wanted_rms = whole.state.rms[1];
@@ -68,7 +67,7 @@ TEST(LeastSquaresFit, KeepsTheSymmetryOfTheInput) {
   }
   cloud.spacing.assign(static_cast<size_t>(cloud.points.cols()), 0.01f);
   cloud.noise.assign(cloud.spacing.size(), 0.0f);
-  const PiecewiseFit fit =
+  const FitOutcome fit =
       RunLeastSquaresFit(cloud, TorusMesh(0.25, 0.1, around, across), FitOptions());
   ASSERT_TRUE(fit.status.ok());
   for (int j = 0; j < across; ++j) {
@@ -90,7 +89,7 @@ TEST(LeastSquaresFit, ComponentWithoutDataStaysWhereItIs) {
   mesh.vertices.rightCols(far.vertices.cols()) = far.vertices;
   mesh.faces.conservativeResize(3, base_faces + far.faces.cols());
   mesh.faces.rightCols(far.faces.cols()) = far.faces.array() + base;
-  const PiecewiseFit fit = RunLeastSquaresFit(SphereCloud(0.3, 10'000), mesh, FitOptions());
+  const FitOutcome fit = RunLeastSquaresFit(SphereCloud(0.3, 10'000), mesh, FitOptions());
   ASSERT_TRUE(fit.status.ok());
   ASSERT_TRUE(fit.state.control_points.allFinite());
   const Eigen::Matrix3Xd moved = fit.state.control_points.rightCols(far.vertices.cols());
@@ -107,7 +106,7 @@ TEST(LeastSquaresFit, StopsWithinARound) {
   };
   FitOptions options;
   options.rounds = 50;
-  const PiecewiseFit fit =
+  const FitOutcome fit =
       RunLeastSquaresFit(SphereCloud(0.3, 5'000), OctahedralSphere(0.3, 2), options, context);
   EXPECT_EQ(fit.status.code(), absl::StatusCode::kCancelled);
   EXPECT_LE(fit.state.rms.size(), 4u);

@@ -2,22 +2,17 @@
 // read completely where a later stage has to judge it.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <string>
 
 #include "client/formats/scan_reader.h"
+#include "tests/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path SharedFolder() {
-  if (const char* named = std::getenv("RILIEVO_SHARED")) return named;
-  return fs::path(__FILE__).parent_path() / "../../../../shared";
-}
 
 // Points the reader gives; -1: INVALID_ARGUMENT, -2: DATA_LOSS.
 const std::map<std::string, int> kExpected = {
@@ -65,7 +60,7 @@ const std::map<std::string, int> kExpected = {
 };
 
 TEST(SharedBadFilesTest, EachEndsAsItsReadmeSays) {
-  const fs::path folder = SharedFolder() / "data" / "bad";
+  const fs::path folder = SharedData() / "bad";
   if (!fs::is_directory(folder)) GTEST_SKIP() << "no folder " << folder;
   size_t seen = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
@@ -91,7 +86,7 @@ TEST(SharedBadFilesTest, EachEndsAsItsReadmeSays) {
 }
 
 TEST(SharedBadFilesTest, OddLayoutsStillGiveTheUnitSphere) {
-  const fs::path folder = SharedFolder() / "data" / "bad";
+  const fs::path folder = SharedData() / "bad";
   if (!fs::is_directory(folder)) GTEST_SKIP() << "no folder " << folder;
   for (const char* name : {"list_property_vertex", "big_endian", "crlf_ascii", "crlf_header_binary",
                            "mixed_props", "long_comment"}) {

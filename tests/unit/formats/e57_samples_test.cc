@@ -2,12 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <utility>
 
 #include "client/formats/scan_reader.h"
+#include "tests/scans/shared_folder.h"
 
 namespace rilievo::testing {
 namespace {
@@ -16,22 +16,14 @@ namespace fs = std::filesystem;
 
 using ::testing::HasSubstr;
 
-fs::path E57SampleFolder() {
-  if (const char* named = std::getenv("RILIEVO_SHARED")) return fs::path(named) / "data/formats";
-  fs::path source = __FILE__;
-  for (int i = 0; i < 5; ++i) source = source.parent_path();
-  return source / "shared/data/formats";
-}
-
 class E57SamplesTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(E57SampleFolder()))
-      GTEST_SKIP() << "needs the samples in " << E57SampleFolder();
+    if (!fs::exists(SharedFormats())) GTEST_SKIP() << "needs the samples in " << SharedFormats();
   }
 
   static absl::StatusOr<ScanFile> Read(const std::string& name) {
-    return ReadScan((E57SampleFolder() / (name + ".e57")).string(),
+    return ReadScan((SharedFormats() / (name + ".e57")).string(),
                     {.intensity = true, .colors = true});
   }
 };

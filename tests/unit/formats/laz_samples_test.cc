@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -15,29 +14,22 @@
 
 #include "client/formats/scan_reader.h"
 #include "client/formats/trajectory.h"
+#include "tests/scans/shared_folder.h"
 
 namespace rilievo::testing {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path LazSampleFolder() {
-  if (const char* named = std::getenv("RILIEVO_SHARED")) return fs::path(named) / "data/formats";
-  fs::path source = __FILE__;
-  for (int i = 0; i < 5; ++i) source = source.parent_path();
-  return source / "shared/data/formats";
-}
-
 class LazSamplesTest : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (!fs::exists(LazSampleFolder()))
-      GTEST_SKIP() << "needs the samples in " << LazSampleFolder();
+    if (!fs::exists(SharedFormats())) GTEST_SKIP() << "needs the samples in " << SharedFormats();
   }
 };
 
 TEST_P(LazSamplesTest, HoldsThePointsOfItsUncompressedTwin) {
-  const fs::path path = LazSampleFolder() / GetParam();
+  const fs::path path = SharedFormats() / GetParam();
   const WantedLayers all = {.intensity = true, .colors = true};
   const auto plain = ReadScan(path.string() + ".las", all);
   const auto packed = ReadScan(path.string() + ".laz", all);
@@ -73,7 +65,7 @@ Trajectory Clock() {
 }
 
 TEST_P(LazSamplesTest, HasTheTimesOfItsUncompressedTwin) {
-  const fs::path path = LazSampleFolder() / GetParam();
+  const fs::path path = SharedFormats() / GetParam();
   const Trajectory clock = Clock();
   const WantedLayers wanted = {.stations = true, .trajectory = &clock};
   const auto plain = ReadScan(path.string() + ".las", wanted);
@@ -93,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(OtherPrograms, LazSamplesTest,
                                            "point-color", "point-time", "point10"));
 
 TEST(LazSampleTest, LayeredPointsOfLas14AreRead) {
-  const fs::path path = LazSampleFolder() / "point-time-1.4.laz";
+  const fs::path path = SharedFormats() / "point-time-1.4.laz";
   if (!fs::exists(path)) GTEST_SKIP() << "needs " << path;
   const auto scan = ReadScan(path.string());
   ASSERT_TRUE(scan.ok()) << scan.status();
@@ -102,7 +94,7 @@ TEST(LazSampleTest, LayeredPointsOfLas14AreRead) {
 }
 
 TEST(LazSampleTest, NoPointsAreRefused) {
-  const fs::path path = LazSampleFolder() / "no-points-1.3.laz";
+  const fs::path path = SharedFormats() / "no-points-1.3.laz";
   if (!fs::exists(path)) GTEST_SKIP() << "needs " << path;
   const auto scan = ReadScan(path.string());
   ASSERT_FALSE(scan.ok());
@@ -190,7 +182,7 @@ TEST(LazSampleTest, LayeredPointsWithoutPlacesAreRefused) {
 
 // A file that ends early, anywhere, is refused and says so.
 TEST(LazSampleTest, TruncatedFilesAreRefused) {
-  const fs::path path = LazSampleFolder() / "point-color-time.laz";
+  const fs::path path = SharedFormats() / "point-color-time.laz";
   if (!fs::exists(path)) GTEST_SKIP() << "needs " << path;
   std::ifstream in(path, std::ios::binary);
   const std::string whole((std::istreambuf_iterator<char>(in)), {});

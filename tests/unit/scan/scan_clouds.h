@@ -5,11 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <filesystem>
 #include <numbers>
 #include <numeric>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -159,13 +156,6 @@ inline double MeanLineAngle(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b
 // Share of vectors that point away from the true ones.
 inline double WrongShare(const Eigen::Matrix3Xd& normals, const Eigen::Matrix3Xd& truth) {
   return ((normals.array() * truth.array()).colwise().sum() < 0).cast<double>().mean();
-}
-
-inline std::string SharedFolder() {
-  const char* variable = std::getenv("RILIEVO_SHARED");
-  if (variable != nullptr) return variable;
-  const auto root = std::filesystem::path(__FILE__).parent_path() / ".." / ".." / "..";
-  return (root / ".." / "shared").lexically_normal().string();
 }
 
 }  // namespace rilievo

@@ -70,6 +70,8 @@ void ExpectAsSmallAndAsExactAsTheWhole(const DisplacedSurface& surface) {
   EXPECT_LT(blocks.height_max, 1.5 * whole.height_max);
   EXPECT_EQ(of_blocks.sources, of_whole.sources);
   EXPECT_EQ(of_blocks.control_mesh.faces, of_whole.control_mesh.faces);
+  EXPECT_EQ(of_blocks.control_mesh.diagonals, of_whole.control_mesh.diagonals);
+  EXPECT_EQ(of_blocks.control_mesh.creases, of_whole.control_mesh.creases);
 }
 
 TEST(EncodeDssBlocksTest, BlocksAreAsSmallAndAsExactAsTheWhole) {
@@ -77,13 +79,14 @@ TEST(EncodeDssBlocksTest, BlocksAreAsSmallAndAsExactAsTheWhole) {
 }
 
 // Where corrections of the heights would grow from round to round if nothing held them back.
-TEST(EncodeDssBlocksTest, FacesOfAllSizesAreToo) {
+TEST(EncodeDssBlocksTest, BlocksOfUnevenFacesAreAsGoodAsTheWhole) {
   ExpectAsSmallAndAsExactAsTheWhole(SurfaceOver(Uneven(Torus(36, 24), 8), 4, 4e-4, 1e-4));
 }
 
-TEST(EncodeDssBlocksTest, QuadsWithCreasesAreToo) {
+TEST(EncodeDssBlocksTest, BlocksOfCreasedQuadsAreAsGoodAsTheWhole) {
   const DisplacedSurface surface = SurfaceOver(InQuadsOf(Torus(36, 24), true), 3, 4e-4, 2e-4);
   ASSERT_TRUE(surface.control_mesh.quads());
+  ASSERT_FALSE(surface.control_mesh.creases.empty());
   ExpectAsSmallAndAsExactAsTheWhole(surface);
 }
 

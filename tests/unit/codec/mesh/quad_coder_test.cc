@@ -1,6 +1,5 @@
 #include "core/codec/mesh/quad_coder.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/codec/container/decode_region.h"

@@ -11,8 +11,11 @@ inline std::filesystem::path SharedData() {
   if (const char* named = std::getenv("RILIEVO_SHARED")) {
     return std::filesystem::path(named) / "data";
   }
-  const auto source = std::filesystem::path(__FILE__).parent_path() / "../../../..";
+  const auto source = std::filesystem::path(__FILE__).parent_path() / "../../..";
   return (source / "shared/data").lexically_normal();
 }
+
+// Samples of file formats.
+inline std::filesystem::path SharedFormats() { return SharedData() / "formats"; }
 
 }  // namespace rilievo
