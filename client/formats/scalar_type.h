@@ -1,4 +1,4 @@
-// Binary scalars of either byte order, as files hold them.
+// Numbers of binary files, in either byte order.
 #pragma once
 
 #include <algorithm>

@@ -12,11 +12,8 @@
 #include "core/base/status_macros.h"
 
 namespace rilievo {
-namespace {
 
 constexpr size_t kInflateBlock = size_t{1} << 18;
-
-}  // namespace
 
 // What a call of a library has used of its input and written.
 struct InflateProgress {
@@ -24,7 +21,7 @@ struct InflateProgress {
   bool between = false;  // a member or frame is complete and no other has begun
 };
 
-// Outside the unnamed namespace, for UnpackedInput::Buffer has a member of it.
+// Not in the unnamed namespace, because UnpackedInput::Buffer has a member of this type.
 class Inflater {
  public:
   virtual ~Inflater() = default;
