@@ -111,11 +111,13 @@ test('a compressed GLB keeps its texture', async () => {
 /** Looks at the tiles from a place until nothing more is loaded; the levels that are then shown. */
 async function shownFrom(tiles: TilesRenderer, camera: PerspectiveCamera): Promise<number[]> {
   camera.updateMatrixWorld(true);
-  const queues = tiles as unknown as { isLoading: boolean; processNodeQueue: { running: boolean } };
+  // Counts of tiles, not `isLoading`: that is false while the body of a response is on its way.
+  const loads = tiles as unknown as { stats: Record<'queued' | 'downloading' | 'parsing', number>; processNodeQueue: { running: boolean } };
   for (let quiet = 0; quiet < 5; ) {
     tiles.update();
     await new Promise((resolve) => setTimeout(resolve, 20));
-    quiet = queues.isLoading || queues.processNodeQueue.running ? 0 : quiet + 1;
+    const { queued, downloading, parsing } = loads.stats;
+    quiet = queued + downloading + parsing > 0 || loads.processNodeQueue.running ? 0 : quiet + 1;
   }
   return [...tiles.visibleTiles].map((tile) => (tile as unknown as { internal: { depth: number } }).internal.depth);
 }
