@@ -20,7 +20,7 @@ OrientedCloud CloudInScanFrame(ScanSurface scan) {
 }
 
 absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, int64_t points_of_scan,
-                                           const ScanSurface& coarse,
+                                           const SpatialFrame& curve, const ScanSurface& coarse,
                                            const ReconstructOptions& options,
                                            const RunContext& context) {
   PointCloud block;
@@ -34,7 +34,7 @@ absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, int64
   of_block.outliers.min_component_share =
       std::min(0.1, options.scan.outliers.min_component_share *
                         static_cast<double>(points_of_scan) / static_cast<double>(points.cols()));
-  absl::StatusOr<CheckedScan> checked = CheckScan(block, options.check, context);
+  absl::StatusOr<CheckedScan> checked = CheckScan(block, options.check, context, curve);
   block = PointCloud();
   AnalyzedBlock found;
   if (absl::IsInvalidArgument(checked.status())) return found;

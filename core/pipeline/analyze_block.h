@@ -22,9 +22,10 @@ struct AnalyzedBlock {
   std::vector<int> source;  // of each point of it: its column in the block
 };
 
-// `points`: unit frame of `coarse`, whose sides they take. `points_of_scan`: of all of it.
+// `points`: unit frame of `coarse`, whose sides they take. `points_of_scan`: of all of it; `curve`:
+// the frame of the Morton curve of all of it, in that unit frame.
 absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, int64_t points_of_scan,
-                                           const ScanSurface& coarse,
+                                           const SpatialFrame& curve, const ScanSurface& coarse,
                                            const ReconstructOptions& options,
                                            const RunContext& context);
 

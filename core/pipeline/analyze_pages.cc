@@ -65,11 +65,12 @@ absl::StatusOr<std::vector<Surfel>> SurfelsFromThinned(const Eigen::Matrix3Xd& p
 
 // By column of `points`, which are those of a run and its halo.
 absl::StatusOr<std::vector<Surfel>> SurfelsOf(const Eigen::Matrix3Xd& points,
-                                              int64_t points_of_scan, const ScanSurface& coarse,
+                                              int64_t points_of_scan, const SpatialFrame& curve,
+                                              const ScanSurface& coarse,
                                               const ReconstructOptions& options,
                                               const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const AnalyzedBlock block,
-                           AnalyzeBlock(points, points_of_scan, coarse, options, context));
+                           AnalyzeBlock(points, points_of_scan, curve, coarse, options, context));
   if (block.cloud.points.cols() == 0) return SurfelsFromThinned(points, coarse, context);
   std::vector<Surfel> surfels(static_cast<size_t>(points.cols()));
   for (size_t i = 0; i < block.source.size(); ++i) {
@@ -116,7 +117,8 @@ absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurf
   parts.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     RILIEVO_ASSIGN_OR_RETURN(RunPoints read, ReadRun(scan, cutter, runs[part], coarse.frame, own));
     RILIEVO_ASSIGN_OR_RETURN(std::vector<Surfel> found,
-                             SurfelsOf(read.points, scan.size(), coarse, options, own));
+                             SurfelsOf(read.points, scan.size(),
+                                       Between(scan.curve(), coarse.frame), coarse, options, own));
     found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(read.first));
     found.resize(static_cast<size_t>(PointsOfRun(runs[part], scan.size())));
     ValueWriter writer;

@@ -130,7 +130,8 @@ absl::StatusOr<PointMedians> MediansOfPages(const PagedScan& pages, const ScanSu
   }
   for (auto point : sample.colwise()) point = coarse.frame.UnitFromScan(point);
   RILIEVO_ASSIGN_OR_RETURN(const AnalyzedBlock block,
-                           AnalyzeBlock(sample, pages.size(), coarse, options, context));
+                           AnalyzeBlock(sample, pages.size(), Between(pages.curve(), coarse.frame),
+                                        coarse, options, context));
   const OrientedCloud& cloud = block.cloud.points.cols() > 0 ? block.cloud : coarse.cloud;
   return PointMedians{cloud.median_spacing, cloud.median_noise};
 }

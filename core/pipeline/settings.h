@@ -137,9 +137,9 @@ RILIEVO_SETTINGS OptionLengthsSettings kOptionLengths;
 
 struct PageRunsSettings {
   double larger_half = 0.8;  // of the points: with more in it, halving is not worth it
-  // Points so far from a part tell of it too; in median spacings of the thinned points. Without
-  // noise, normals of all points agree with those of the whole scan from four spacings on, heights
-  // from eight. Under noise one normal in sixteen is off by more than a degree, at any width.
+  // Points so far from a part tell of it too; in median spacings of the thinned points. Normals of
+  // all points agree with those of the whole scan from four spacings on, heights from eight; under
+  // noise all but one normal in a hundred, where the border of a part cuts cells of the curve.
   double part_halo = 8;
 };
 RILIEVO_SETTINGS PageRunsSettings kPageRuns;

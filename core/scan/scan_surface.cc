@@ -154,13 +154,15 @@ absl::StatusOr<NormalsOfScan> FindNormals(ReplacedLists replaced, ScanNeighbors*
   NormalsOfScan found;
   found.replaced = std::move(replaced);
   if (scan->points.cols() >= kLargeScan) PointIndex(std::move(scan->index));  // for its room
-  RILIEVO_ASSIGN_OR_RETURN(found.estimated, EstimateNormals(std::move(scan->points), scan->graph,
-                                                            found.replaced, context));
+  RILIEVO_ASSIGN_OR_RETURN(found.estimated,
+                           EstimateNormals(std::move(scan->points), scan->graph, found.replaced,
+                                           Between(scan->curve, scan->frame), context));
   return found;
 }
 
 absl::StatusOr<ReplacedLists> SeparateScan(ScanNeighbors* scan, const RunContext& context) {
-  return SeparateSheets(scan->points, scan->index, context, &scan->graph);
+  return SeparateSheets(scan->points, scan->index, Between(scan->curve, scan->frame), context,
+                        &scan->graph);
 }
 
 // Takes foliage out of a scan whose graph is by sheets. Its normals, where there was none to take
@@ -224,9 +226,9 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
                                                    " are needed"));
   }
   context.Report(Stage::kNeighbors, 0);
-  const SpatialFrame curve = scan.frame, frame = Rounded(curve);
-  Reframe(curve, frame, &scan.points);
-  Reframe(curve, frame, &scan.sights.stations);
+  const SpatialFrame curve = scan.curve, frame = Rounded(scan.frame);
+  Reframe(scan.frame, frame, &scan.points);
+  Reframe(scan.frame, frame, &scan.sights.stations);
   RILIEVO_ASSIGN_OR_RETURN(PointIndex index,
                            PointIndex::Build(scan.points, context, Between(frame, curve)));
   RILIEVO_ASSIGN_OR_RETURN(NeighborGraph graph,

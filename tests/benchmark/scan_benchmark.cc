@@ -62,14 +62,14 @@ BENCHMARK(BM_FindOutliers)->Unit(benchmark::kMillisecond)->UseRealTime();
 void BM_EstimateNormals(benchmark::State& state) {
   Graph();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(EstimateNormals(Checked().points, Graph(), {}, RunContext{}));
+    benchmark::DoNotOptimize(EstimateNormals(Checked().points, Graph(), {}, {}, RunContext{}));
   }
 }
 BENCHMARK(BM_EstimateNormals)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void BM_OrientNormals(benchmark::State& state) {
   const OrientedCloud cloud =
-      EstimateNormals(Checked().points, Graph(), {}, RunContext{}).value().cloud;
+      EstimateNormals(Checked().points, Graph(), {}, {}, RunContext{}).value().cloud;
   for (auto _ : state) {
     OrientedCloud oriented = cloud;
     benchmark::DoNotOptimize(OrientNormals(Graph(), {}, {}, &oriented, RunContext{}));

@@ -209,7 +209,8 @@ absl::StatusOr<Eigen::AlignedBox3d> StrayLimit(const Eigen::Ref<const Eigen::Mat
 }
 
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,
-                                      const RunContext& context) {
+                                      const RunContext& context,
+                                      const std::optional<SpatialFrame>& curve) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckSights(scan.sights, scan.points.cols()));
   context.Report(Stage::kCheck, 0);
@@ -222,16 +223,19 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
                            DropStrays(scan.points, std::move(finite.kept), context));
   result.strays = near.dropped;
   RILIEVO_ASSIGN_OR_RETURN(result.frame, BoundingFrame(scan.points, near.kept));
+  result.curve = curve.value_or(result.frame);
   context.Report(Stage::kCheck, 0.2);
 
   Eigen::Matrix3Xd unit(3, near.kept.size());
   for (size_t i = 0; i < near.kept.size(); ++i) {
-    unit.col(i) = result.frame.UnitFromScan(scan.points.col(near.kept[i]));
+    unit.col(i) = result.curve.UnitFromScan(scan.points.col(near.kept[i]));
   }
   RILIEVO_ASSIGN_OR_RETURN(const MortonOrder morton, ComputeMortonOrder(unit, context));
   context.Report(Stage::kCheck, 0.6);
+  const double distance =
+      options.duplicate_distance * (result.frame.diagonal / result.curve.diagonal);
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> places,
-                           DistinctPlaces(unit, morton, options.duplicate_distance, context));
+                           DistinctPlaces(unit, morton, distance, context));
   const auto count = static_cast<int64_t>(places.size());
   result.duplicates = static_cast<int64_t>(near.kept.size()) - count;
   RILIEVO_RETURN_IF_ERROR(CheckCount(result, count));
@@ -240,9 +244,8 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
   result.points.resize(3, count);
   result.source_index.resize(static_cast<size_t>(count));
   for (int64_t i = 0; i < count; ++i) {
-    const int column = morton.order[places[i]];
-    result.points.col(i) = unit.col(column);
-    result.source_index[i] = near.kept[column];
+    result.source_index[i] = near.kept[morton.order[places[i]]];
+    result.points.col(i) = result.frame.UnitFromScan(scan.points.col(result.source_index[i]));
   }
   result.sights = SightsOf(scan.sights, result.source_index);
   for (auto station : result.sights.stations.colwise()) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct CheckedScan {
   std::vector<int> source_index;  // column of the scan that each point came from
   PointSights sights;             // of these points, unit frame
   SpatialFrame frame;
+  SpatialFrame curve;      // in whose order the points are: `frame`, or that of a larger scan
   int64_t non_finite = 0;  // dropped
   int64_t duplicates = 0;  // dropped
   int64_t strays = 0;      // dropped: far points that would own the bounding box (see the .cc)
@@ -42,8 +44,9 @@ struct CheckedScan {
 // distinct finite points remain, when all are identical or collinear, or when they are too far out
 // for the frame of a surface (kMostFrameLength), or when the sights are not those of the points
 // (CheckSights). The bounding box (so the frame) is robust: a handful of points that are extremely
-// far from all others do not set it.
+// far from all others do not set it. `curve`: of a part of a scan, the frame of the whole.
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,
-                                      const RunContext& context);
+                                      const RunContext& context,
+                                      const std::optional<SpatialFrame>& curve = std::nullopt);
 
 }  // namespace rilievo

@@ -1,7 +1,6 @@
 #include "core/scan/local_shape/estimate_normals.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -15,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "core/points/settings.h"
 #include "core/scan/local_shape/adaptive_patches.h"
+#include "core/scan/local_shape/measurement_noise.h"
 #include "core/scan/local_shape/patch_moments.h"
 #include "core/scan/local_shape/quadric_residual.h"
 #include "core/scan/local_shape/robust_normal.h"
@@ -32,47 +32,6 @@ float LocalSpacing(std::span<const float> distances) {
     sum += 4.0 * distances[j] * distances[j] / static_cast<double>(j + 1);
   }
   return static_cast<float>(std::sqrt(sum / static_cast<double>(distances.size() - first)));
-}
-
-// The measurement noise around each point: a low quantile over its stretch of the Morton curve,
-// because residuals near edges, creases and thin walls measure the shape and not the scanner.
-// Where all of a stretch is like that, longer stretches bound it. The quantile of clean Gaussian
-// noise over 11 degrees of freedom is 0.91 of its deviation.
-absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& residuals,
-                                                    const RunContext& context) {
-  const auto count = static_cast<int64_t>(residuals.size());
-  if (count == 0) return std::vector<float>();
-  const auto& lengths = kEstimateNormals.lengths;
-  std::array<std::vector<float>, std::tuple_size_v<decltype(EstimateNormalsSettings::lengths)>>
-      bounds;  // of the stretches of each length
-  for (size_t l = 0; l < lengths.size(); ++l) {
-    bounds[l].resize(static_cast<size_t>((count + lengths[l].points - 1) / lengths[l].points));
-  }
-  // Of the stretches of each length that lie between two ends of such.
-  const auto find_bounds = [&](int64_t from, int64_t to) {
-    for (size_t l = 0; l < lengths.size(); ++l) {
-      for (int64_t begin = from; begin < to; begin += lengths[l].points) {
-        const int64_t end = std::min(to, begin + lengths[l].points);
-        const double level =
-            Quantile(std::vector<float>(residuals.begin() + begin, residuals.begin() + end),
-                     kEstimateNormals.share);
-        bounds[l][begin / lengths[l].points] =
-            static_cast<float>(lengths[l].bound * level / kEstimateNormals.quantile_of_gaussian);
-      }
-    }
-  };
-  const int64_t longest = lengths.back().points;
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelForEach((count + longest - 1) / longest, 1, context, [&](int64_t stretch) {
-        find_bounds(stretch * longest, std::min(count, (stretch + 1) * longest));
-      }));
-  std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
-  RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
-    for (size_t l = 0; l < lengths.size(); ++l) {
-      noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
-    }
-  }));
-  return noise;
 }
 
 // Where a patch bends over an edge, the plane of a neighbouring patch that holds the point and is
@@ -150,6 +109,7 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
 absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
                                                  const NeighborGraph& graph,
                                                  const ReplacedLists& replaced,
+                                                 const SpatialFrame& curve,
                                                  const RunContext& context) {
   EstimatedNormals estimated;
   OrientedCloud& cloud = estimated.cloud;
@@ -171,7 +131,8 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
     cloud.noise[i] = static_cast<float>(QuadricResidual(points, center, graph.neighbors(center),
                                                         distances.back(), planes[i].normal));
   }));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise, MeasurementNoise(cloud.noise, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise,
+                           MeasurementNoise(points, curve, cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(
       AdaptPatches(points, graph, noise, cloud.spacing, context, &patches, &planes));
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {
@@ -181,7 +142,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
     cloud.noise[i] = std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
   }));
   first_spread = std::vector<double>();
-  RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
+  RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(points, curve, cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(ChooseNormals(graph, replaced, patches, planes, noise, context, &cloud));
   estimated.near_edge = NearEdgePoints(planes, noise, cloud.spacing);
   RILIEVO_RETURN_IF_ERROR(ParallelForEach(count, kSearchBlock, context, [&](int64_t i) {

@@ -13,6 +13,7 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/points/batched_nearest.h"
+#include "core/points/curve_stretches.h"
 #include "core/scan/local_shape/settings.h"
 #include "core/scan/local_shape/two_sheets.h"
 
@@ -108,14 +109,17 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
 }  // namespace
 
 absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
-                                             const PointIndex& index, const RunContext& context,
-                                             NeighborGraph* graph) {
+                                             const PointIndex& index, const SpatialFrame& curve,
+                                             const RunContext& context, NeighborGraph* graph) {
   if (IsLeftOut(Mechanism::kSeparateSheets)) return ReplacedLists();
   const int count = graph->size();
   if (count < kSheetPoints) return ReplacedLists{};
   std::vector<uint8_t> looked(static_cast<size_t>(count), 0);
   std::vector<int> next;
-  for (int i = 0; i < count; i += kSeparateSheets.stride) next.push_back(i);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint64_t> codes, CodesAlong(points, curve, context));
+  for (const int64_t end : StretchEnds(codes, kSeparateSheets.fewest_per_look)) {
+    next.push_back(static_cast<int>(end - 1));
+  }
   Layered layered;
   const SeparateSheetsSettings& of = kSeparateSheets;
   const SheetGap clear = {of.clear_within, of.clear_between};

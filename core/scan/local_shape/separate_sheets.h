@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/geometry/spatial_frame.h"
 #include "core/points/neighbor_graph.h"
 
 namespace rilievo {
@@ -28,10 +29,10 @@ struct ReplacedLists {
 // pair. Heights over a quadric tell the sheets apart (Otsu 1979) from about four times the noise
 // on. One of each few points is looked at, and all around those that stand in a sheet; one in a
 // hundred does by chance under noise. Points whose sheet holds no graph.k others among the 64, and
-// scans of fewer than 64 points, stay as they are.
+// scans of fewer than 64 points, stay as they are. `curve`: see CodesAlong.
 absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
-                                             const PointIndex& index, const RunContext& context,
-                                             NeighborGraph* graph);
+                                             const PointIndex& index, const SpatialFrame& curve,
+                                             const RunContext& context, NeighborGraph* graph);
 
 // Makes the graph what it was before SeparateSheets.
 void JoinSheets(const ReplacedLists& replaced, NeighborGraph* graph);

@@ -22,27 +22,31 @@ struct AdaptivePatchesSettings {
 };
 RILIEVO_SETTINGS AdaptivePatchesSettings kAdaptivePatches;
 
-// A length of stretches of the Morton curve, in points; noise varies by no more than `bound` within
-// such a stretch.
-struct NoiseStretch {
-  int64_t points;
-  double bound;
-};
 struct EstimateNormalsSettings {
-  // From the second on a multiple of the one before.
-  std::array<NoiseStretch, 3> lengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}}};
   // Growth of the variance along the plane from which a patch counts as widened.
   double widened = 1.3;
   // Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
   double flat = 2;
-  double share = 0.35;  // quantile of the residuals of a stretch that is taken for their noise
-  double quantile_of_gaussian = 0.91;  // that of clean noise, over its deviation
-  double bend_ratio = 6.0;             // of the noise variance, below which nothing bends
-  double flatter_ratio = 0.2;          // a curved surface stays above
+  double bend_ratio = 6.0;     // of the noise variance, below which nothing bends
+  double flatter_ratio = 0.2;  // a curved surface stays above
   // Variance across a patch in that of the noise: below, next to none of the points has two sides.
   double thicker = 1.5;
 };
 RILIEVO_SETTINGS EstimateNormalsSettings kEstimateNormals;
+
+// Stretches of the Morton curve: the fewest points of one, and how much of its noise bounds that of
+// its points.
+struct NoiseStretch {
+  int64_t points;
+  double bound;
+};
+struct MeasurementNoiseSettings {
+  std::array<NoiseStretch, 3> stretches = {{{128, 1.0}, {1024, 1.5}, {8192, 2.0}}};
+  double share = 0.35;  // quantile of the residuals of a stretch that is taken for their noise
+  // That of clean Gaussian noise over 11 degrees of freedom, over its deviation.
+  double quantile_of_gaussian = 0.91;
+};
+RILIEVO_SETTINGS MeasurementNoiseSettings kMeasurementNoise;
 
 struct QuadricResidualSettings {
   double two_sheets = 0.16;  // Otsu's share within, below which heights are those of two sheets
@@ -70,8 +74,9 @@ struct SeparateSheetsSettings {
   // 0.09.
   double clear_within = 0.2, clear_between = 0.09;
   double beside_clear_within = 0.25, beside_clear_between = 0.13;  // beside such points
-  // One of so many points is looked at first: a wall of any size holds more.
-  int stride = 16;
+  // One point of a stretch of so many at least, 16 in the mean, is looked at first: a wall of any
+  // size holds more.
+  int64_t fewest_per_look = 11;
   // Thickness of a list against its width below which nothing else lies in it.
   double thin = 0.12;
   // Variance across a list of one sheet, against that of a list from both.

@@ -10,7 +10,7 @@ namespace rilievo {
 namespace {
 
 OrientedCloud Estimate(const PreparedCloud& prepared, const RunContext& context = RunContext{}) {
-  return EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value().cloud;
+  return EstimateNormals(prepared.scan.points, prepared.graph, {}, {}, context).value().cloud;
 }
 
 TEST(NormalsTest, AreThoseOfThePlane) {
@@ -84,10 +84,10 @@ TEST(NormalsTest, WallsOfAThinPlateAreFoundFromAllAroundThem) {
   const PointIndex index(prepared.scan.points);
   NeighborGraph graph = prepared.graph;
   const ReplacedLists replaced =
-      SeparateSheets(prepared.scan.points, index, RunContext{}, &graph).value();
+      SeparateSheets(prepared.scan.points, index, {}, RunContext{}, &graph).value();
   const auto wrong = [&](const ReplacedLists& lists) {
     const OrientedCloud cloud =
-        EstimateNormals(prepared.scan.points, graph, lists, RunContext{}).value().cloud;
+        EstimateNormals(prepared.scan.points, graph, lists, {}, RunContext{}).value().cloud;
     const Eigen::ArrayXd cosines =
         (cloud.normals.array() * prepared.normals.array()).colwise().sum().abs().transpose();
     return (cosines < 0.9).count();
@@ -143,7 +143,7 @@ TEST(NormalsTest, Stops) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  EXPECT_EQ(EstimateNormals(prepared.scan.points, prepared.graph, {}, context).status().code(),
+  EXPECT_EQ(EstimateNormals(prepared.scan.points, prepared.graph, {}, {}, context).status().code(),
             absl::StatusCode::kCancelled);
 }
 

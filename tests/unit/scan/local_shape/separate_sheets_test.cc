@@ -4,7 +4,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <vector>
 
+#include "core/points/morton_order.h"
 #include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
@@ -13,19 +16,36 @@ namespace {
 // Spacing of points that share an area, see OrientedCloud.
 double Spacing(double area, int count) { return std::sqrt(4 * area / std::numbers::pi / count); }
 
+// The box of the points, which their curve fills.
+SpatialFrame CurveOf(const Eigen::Matrix3Xd& points) {
+  std::vector<int> columns(static_cast<size_t>(points.cols()));
+  std::iota(columns.begin(), columns.end(), 0);
+  return BoundingFrame(points, columns).value();
+}
+
+// Their columns in the order of the curve.
+std::vector<int> OrderOf(const Eigen::Matrix3Xd& points) {
+  const SpatialFrame curve = CurveOf(points);
+  Eigen::Matrix3Xd unit = points;
+  for (auto point : unit.colwise()) point = curve.UnitFromScan(point);
+  return ComputeMortonOrder(unit, RunContext{}).value().order;
+}
+
+// `points`: in the order of their curve.
 NeighborGraph Separate(const Eigen::Matrix3Xd& points, int threads = 2) {
   RunContext context;
   context.threads = threads;
   const PointIndex index(points);
   NeighborGraph graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
-  EXPECT_TRUE(SeparateSheets(points, index, context, &graph).ok());
+  EXPECT_TRUE(SeparateSheets(points, index, CurveOf(points), context, &graph).ok());
   return graph;
 }
 
-// A plate of two unit squares, its wall and its noise in spacings; points come by turns.
+// A plate of two unit squares, its wall and its noise in spacings; points in order.
 struct Plate {
   Eigen::Matrix3Xd points;
-  static bool IsUpper(int point) { return point % 2 == 1; }
+  std::vector<bool> upper;  // whether the point is of the upper square
+  bool IsUpper(int point) const { return upper[point]; }
   bool IsInside(int point) const {
     return (points.col(point).head<2>().array() - 0.5).abs().maxCoeff() < 0.4;
   }
@@ -33,12 +53,16 @@ struct Plate {
 Plate MakePlate(int count, double wall, double noise, double bend = 0) {
   const double spacing = Spacing(2, count);
   Random random(7);
-  Plate plate{Eigen::Matrix3Xd(3, count)};
+  Eigen::Matrix3Xd points(3, count);  // of the two squares by turns
   for (int i = 0; i < count; ++i) {
     const double x = random.Uniform(), y = random.Uniform();
-    plate.points.col(i) << x, y,
-        bend * x * x + spacing * (Plate::IsUpper(i) ? wall : 0) + spacing * noise * random.Normal();
+    points.col(i) << x, y,
+        bend * x * x + spacing * (i % 2 == 1 ? wall : 0) + spacing * noise * random.Normal();
   }
+  Plate plate;
+  const std::vector<int> order = OrderOf(points);
+  plate.points = points(Eigen::all, order);
+  for (const int i : order) plate.upper.push_back(i % 2 == 1);
   return plate;
 }
 
@@ -46,7 +70,7 @@ double ShareAcross(const Plate& plate, const NeighborGraph& graph) {
   int across = 0, all = 0;
   for (int i = 0; i < graph.size(); ++i) {
     if (!plate.IsInside(i)) continue;
-    for (const int j : graph.neighbors(i)) across += Plate::IsUpper(i) != Plate::IsUpper(j);
+    for (const int j : graph.neighbors(i)) across += plate.IsUpper(i) != plate.IsUpper(j);
     all += graph.k;
   }
   return static_cast<double>(across) / all;
@@ -65,7 +89,7 @@ void ExpectSeparated(const Plate& plate, double most_across) {
     last = pair.point;
     EXPECT_EQ(after.across(pair.point), pair.across);
     inside += plate.IsInside(pair.point);
-    across += Plate::IsUpper(pair.point) != Plate::IsUpper(pair.across);
+    across += plate.IsUpper(pair.point) != plate.IsUpper(pair.across);
   }
   EXPECT_GT(inside, 0.7 * 0.64 * after.size());
   EXPECT_GT(across, 0.95 * static_cast<double>(after.facing.size()));
@@ -103,7 +127,8 @@ TEST(SeparateSheetsTest, AnyNumberOfThreadsFindsTheSame) {
 
 // Next to none of the points stands in a layer: one or so in a hundred by chance.
 void ExpectOneSheet(const Eigen::Matrix3Xd& points) {
-  EXPECT_LT(Separate(points).facing.size(), 0.015 * static_cast<double>(points.cols()));
+  EXPECT_LT(Separate(points(Eigen::all, OrderOf(points))).facing.size(),
+            0.015 * static_cast<double>(points.cols()));
 }
 
 TEST(SeparateSheetsTest, NoiseOfOneSheetIsNoSecondOne) {

@@ -19,7 +19,7 @@ NoisyScan Noisy(KnownCloud known, double noise) {
   AddNoise(noise, 21, &known);
   NoisyScan scan{Prepare(known), {}};
   scan.estimated =
-      EstimateNormals(scan.prepared.scan.points, scan.prepared.graph, {}, RunContext{}).value();
+      EstimateNormals(scan.prepared.scan.points, scan.prepared.graph, {}, {}, RunContext{}).value();
   return scan;
 }
 

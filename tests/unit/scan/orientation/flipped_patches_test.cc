@@ -22,7 +22,7 @@ Turned TurnWith(const KnownCloud& known, int right_votes, const IsWrong& is_wron
   context.threads = threads;
   const PreparedCloud prepared = Prepare(known);
   OrientedCloud cloud =
-      EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value().cloud;
+      EstimateNormals(prepared.scan.points, prepared.graph, {}, {}, context).value().cloud;
   cloud.normals = prepared.normals;
   const std::vector<float> relations = EdgeSignVotes(prepared.graph, cloud, context).value();
   const OrientationPatches patches = SurePatches(prepared.graph, relations, context).value();

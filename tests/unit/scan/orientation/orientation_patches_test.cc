@@ -26,7 +26,7 @@ Scene Examine(const Eigen::Matrix3Xd& points) {
   Scene scene;
   const PointIndex index(points);
   scene.graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
-  scene.cloud = EstimateNormals(points, scene.graph, {}, context).value().cloud;
+  scene.cloud = EstimateNormals(points, scene.graph, {}, {}, context).value().cloud;
   const std::vector<float> relations = EdgeSignVotes(scene.graph, scene.cloud, context).value();
   scene.patches = SurePatches(scene.graph, relations, RunContext{}).value();
   scene.links =

@@ -1,0 +1,26 @@
+// Stretches of a Morton curve that do not depend on where the scan begins.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/spatial_frame.h"
+
+namespace rilievo {
+
+// The Morton codes of points, ascending. `points`: in the order of the curve; `curve`: the frame
+// whose unit cube it fills, in the frame of the points. CANCELLED when stopped.
+absl::StatusOr<std::vector<uint64_t>> CodesAlong(const Eigen::Matrix3Xd& points,
+                                                 const SpatialFrame& curve,
+                                                 const RunContext& context);
+
+// Where the stretches end, each of `least` places or a few times as many; the only one of a short
+// curve may have fewer. They are whole cells of the curve's octree, neighbours that have too few
+// taken together: a part of a scan has the stretches of the whole, but for cells that it cuts.
+// `codes`: ascending, at least one.
+std::vector<int64_t> StretchEnds(const std::vector<uint64_t>& codes, int64_t least);
+
+}  // namespace rilievo
