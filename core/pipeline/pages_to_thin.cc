@@ -42,14 +42,15 @@ struct LookedAt {
 
 // Bit i % 8 of byte i / 8 is set where point i of the run is an outlier or of foliage; none where
 // the points are too few to tell.
-absl::StatusOr<std::vector<uint8_t>> LeftOutOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
+absl::StatusOr<std::vector<uint8_t>> LeftOutOfRun(Eigen::Matrix3Xd run, const SpatialFrame& curve,
+                                                  const CheckOptions& check,
                                                   const ScanOptions& of_run,
                                                   const RunContext& context) {
   const auto columns = static_cast<size_t>(run.cols());
   std::vector<uint8_t> left_out((columns + 7) / 8);
   PointCloud cloud;
   cloud.points = std::move(run);
-  absl::StatusOr<CheckedScan> checked = CheckScan(cloud, check, context);
+  absl::StatusOr<CheckedScan> checked = CheckScan(cloud, check, context, curve);
   if (absl::IsInvalidArgument(checked.status())) return left_out;
   RILIEVO_RETURN_IF_ERROR(checked.status());
   const std::vector<int> source = std::move(checked->source_index);
@@ -88,7 +89,7 @@ absl::StatusOr<std::vector<bool>> LeftOutOfPages(const PagedScan& pages,
   parts.make = [&](int part, const RunContext& own) -> absl::StatusOr<std::vector<uint8_t>> {
     const LookedAt at(pages, part, runs);
     RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, at.begin, at.end, own));
-    return LeftOutOfRun(std::move(points), options.check, of_run, own);
+    return LeftOutOfRun(std::move(points), pages.curve(), options.check, of_run, own);
   };
   parts.take = [&](int part, std::span<const uint8_t> bytes) -> absl::Status {
     if (bytes.size() != LookedAt(pages, part, runs).bytes()) {

@@ -25,8 +25,8 @@ class StretchCutter {
 
   bool IsLarge(int64_t points) const { return points > 2 * least_; }
 
-  // Of a large cell with the points [begin, end), `height` levels above the finest. Points before
-  // it that are in no stretch yet belong to its first and do not count.
+  // Cuts the large cell that holds [begin, end), `height` levels above the finest. Points before it
+  // that are in no stretch yet join its first stretch; they do not count towards its size.
   void CutCell(int64_t begin, int64_t end, int height) {
     const int shift = 3 * (height - 1);
     int64_t open = begin;
@@ -63,8 +63,14 @@ absl::StatusOr<std::vector<uint64_t>> CodesAlong(const Eigen::Matrix3Xd& points,
     const Eigen::Vector3d unit = curve.UnitFromScan(points.col(i));
     codes[i] = MortonCode(MortonCell(unit[0]), MortonCell(unit[1]), MortonCell(unit[2]));
   }));
-  // Rounding in a change of frames may have put two neighbours the other way round.
-  for (size_t i = 1; i < codes.size(); ++i) codes[i] = std::max(codes[i], codes[i - 1]);
+  // Rounding in a change of frames may have moved a point across the face of a cell. One that leaps
+  // ahead along the curve takes the code before it, one that falls back too.
+  uint64_t last = 0;
+  for (size_t i = 0; i < codes.size(); ++i) {
+    const bool leaps = i + 1 < codes.size() && codes[i] > codes[i + 1] && codes[i + 1] >= last;
+    if (leaps || codes[i] < last) codes[i] = last;
+    last = codes[i];
+  }
   return codes;
 }
 

@@ -232,10 +232,8 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
   }
   RILIEVO_ASSIGN_OR_RETURN(const MortonOrder morton, ComputeMortonOrder(unit, context));
   context.Report(Stage::kCheck, 0.6);
-  const double distance =
-      options.duplicate_distance * (result.frame.diagonal / result.curve.diagonal);
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> places,
-                           DistinctPlaces(unit, morton, distance, context));
+                           DistinctPlaces(unit, morton, options.duplicate_distance, context));
   const auto count = static_cast<int64_t>(places.size());
   result.duplicates = static_cast<int64_t>(near.kept.size()) - count;
   RILIEVO_RETURN_IF_ERROR(CheckCount(result, count));

@@ -34,8 +34,8 @@ struct EstimateNormalsSettings {
 };
 RILIEVO_SETTINGS EstimateNormalsSettings kEstimateNormals;
 
-// Stretches of the Morton curve: the fewest points of one, and how much of its noise bounds that of
-// its points.
+// A stretch of the Morton curve has at least so many points. The noise of each is at most `bound`
+// times that of the stretch.
 struct NoiseStretch {
   int64_t points;
   double bound;
@@ -43,7 +43,7 @@ struct NoiseStretch {
 struct MeasurementNoiseSettings {
   std::array<NoiseStretch, 3> stretches = {{{128, 1.0}, {1024, 1.5}, {8192, 2.0}}};
   double share = 0.35;  // quantile of the residuals of a stretch that is taken for their noise
-  // That of clean Gaussian noise over 11 degrees of freedom, over its deviation.
+  // This quantile of clean Gaussian noise over 11 degrees of freedom, divided by its deviation.
   double quantile_of_gaussian = 0.91;
 };
 RILIEVO_SETTINGS MeasurementNoiseSettings kMeasurementNoise;
@@ -74,8 +74,8 @@ struct SeparateSheetsSettings {
   // 0.09.
   double clear_within = 0.2, clear_between = 0.09;
   double beside_clear_within = 0.25, beside_clear_between = 0.13;  // beside such points
-  // One point of a stretch of so many at least, 16 in the mean, is looked at first: a wall of any
-  // size holds more.
+  // One point of each stretch of the Morton curve is looked at first, and a stretch has at least so
+  // many points: a wall of any size holds more. With 3, RMS is 1 % less and time 4 % more.
   int64_t fewest_per_look = 11;
   // Thickness of a list against its width below which nothing else lies in it.
   double thin = 0.12;

@@ -42,7 +42,8 @@ WholeScan WholeOf(const BlockCase& block) {
   return {Between(curve, scan.frame), std::move(scan)};
 }
 
-// A block: what lies between two values of x; unit frame of the curve.
+// A block: what lies between two values of x; unit frame of the curve. The first is of whole cells,
+// and only its halo cuts some.
 struct Slab {
   double low, high;
 };

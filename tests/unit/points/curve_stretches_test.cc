@@ -93,5 +93,19 @@ TEST(CurveStretchesTest, CodesAscendInTheFrameOfTheCurve) {
   EXPECT_EQ(codes[1], MortonCode(MortonCell(-0.9 / 4), MortonCell(0), MortonCell(0)));
 }
 
+// As after a change of frames: the first of three points on a face of the cells is rounded to the
+// other side, far along the curve.
+TEST(CurveStretchesTest, OnePointAcrossAFaceMovesNoOther) {
+  const Eigen::Matrix3Xd points{
+      {-0.3, -0.2, 1e-12, -1e-9, 0.1, 0.2}, {0, 0, 0, 0, 0, 0}, {-0.1, -0.1, -0.1, -0.1, 0.1, 0.1}};
+  const std::vector<uint64_t> codes = CodesAlong(points, SpatialFrame(), RunContext{}).value();
+  EXPECT_TRUE(std::is_sorted(codes.begin(), codes.end()));
+  EXPECT_EQ(codes[2], codes[1]);
+  for (const int i : {0, 1, 3, 4, 5}) {
+    EXPECT_EQ(codes[i],
+              MortonCode(MortonCell(points(0, i)), MortonCell(0), MortonCell(points(2, i))));
+  }
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -25,8 +25,9 @@ Scene Examine(const Eigen::Matrix3Xd& points) {
   const RunContext context;
   Scene scene;
   const PointIndex index(points);
+  const SpatialFrame curve{Eigen::Vector3d::Zero(), 1e9};  // all points lie in one cell of it
   scene.graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
-  scene.cloud = EstimateNormals(points, scene.graph, {}, {}, context).value().cloud;
+  scene.cloud = EstimateNormals(points, scene.graph, {}, curve, context).value().cloud;
   const std::vector<float> relations = EdgeSignVotes(scene.graph, scene.cloud, context).value();
   scene.patches = SurePatches(scene.graph, relations, RunContext{}).value();
   scene.links =
