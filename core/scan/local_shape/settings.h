@@ -41,6 +41,7 @@ struct NoiseStretch {
   double bound;
 };
 struct MeasurementNoiseSettings {
+  // The shortest tells the noise, where edges and creases leave it enough flat points.
   std::array<NoiseStretch, 3> stretches = {{{128, 1.0}, {1024, 1.5}, {8192, 2.0}}};
   double share = 0.35;  // quantile of the residuals of a stretch that is taken for their noise
   // This quantile of clean Gaussian noise over 11 degrees of freedom, divided by its deviation.
