@@ -17,10 +17,10 @@ absl::StatusOr<std::vector<uint64_t>> CodesAlong(const Eigen::Matrix3Xd& points,
                                                  const SpatialFrame& curve,
                                                  const RunContext& context);
 
-// Where the stretches end. They are whole cells of the curve's octree; neighbours that have too few
-// places are taken together. Each has at least `least` places, mostly fewer than three times as
-// many; the only one of a short curve may have fewer, and places with one code stay together. A
-// part of a scan has the stretches of the whole, except in and beside the cells that it cuts.
+// Where the stretches end. They are whole cells of the curve's octree. Neighbours that have too few
+// places are taken together, so each has at least `least` places, mostly fewer than three times as
+// many. Only a curve that is one stretch may have fewer. Places with one code stay together. A part
+// of a scan has the stretches of the whole, except in and beside the cells that it cuts.
 // `codes`: ascending, at least one.
 std::vector<int64_t> StretchEnds(const std::vector<uint64_t>& codes, int64_t least);
 
